@@ -11,6 +11,14 @@ from pathlib import Path
 
 #: Of a machine that does much else at the same time, s: only a failing test waits so long.
 PATIENCE = 60.0
+#: Runs a command with files of at most so many bytes, which is a full disk for what is larger.
+ON_FULL_DISK = """
+import resource, sys
+from firstcontact.cli.main import main
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
+sys.exit(main(sys.argv[2:]))
+"""
 
 
 def gone(pid: int) -> bool:

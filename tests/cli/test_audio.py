@@ -22,11 +22,6 @@ def taps(times: list[float], seconds: float) -> np.ndarray:
     return x.astype(np.int16)
 
 
-@pytest.fixture
-def quiet() -> np.ndarray:
-    return np.random.default_rng(0).normal(0, 30, 48_000).astype(np.int16)
-
-
 def test_record_keeps_taps_with_the_detected_contacts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

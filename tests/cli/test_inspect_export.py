@@ -21,6 +21,7 @@ from firstcontact.core import (
 )
 from firstcontact.recording import EXPORTERS, Header, Marker, RecordingWriter, write_dataset
 from firstcontact.recording.dataset import pause_between
+from processes import ON_FULL_DISK
 
 
 def pinch(seed: int, layout: Layout, samples: int = 400) -> Pinch:
@@ -148,14 +149,6 @@ def test_inspect_refuses_what_it_cannot_draw(recordings, capsys, monkeypatch, mo
 FORMATS = list(EXPORTERS)
 LAYOUT = fingertip_layout()
 
-# The kernel refuses to write a file any longer than this, as a full disk does.
-FULL = """
-import resource, sys
-from firstcontact.cli.main import main
-resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-sys.exit(main(sys.argv[1:]))
-"""
-
 
 @pytest.fixture
 def two_sessions(tmp_path: Path) -> Path:
@@ -174,7 +167,7 @@ def two_sessions(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("to", FORMATS)
 def test_on_a_full_disk_it_ends_with_one_sentence(tmp_path: Path, two_sessions: Path, to: str):
     out = tmp_path / "out" / "x"
-    command = [sys.executable, "-c", FULL]
+    command = [sys.executable, "-c", ON_FULL_DISK, "100000"]
     command += ["export", str(two_sessions), "--to", to, "--out", str(out)]
     process = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (process.returncode, process.stderr.count("\n")) == (2, 1), process.stderr

@@ -17,15 +17,8 @@ from emulated_ability import EmulatedAbility
 from firstcontact.cli.main import main
 from firstcontact.grasp.ability import NEARLY_OPEN
 from firstcontact.recording import read_recording
+from processes import ON_FULL_DISK
 
-#: Runs a command with files of at most 100 kB: a stream fills one within two seconds.
-LIMITED = """
-import resource, sys
-from firstcontact.cli.main import main
-
-resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-sys.exit(main(sys.argv[1:]))
-"""
 #: Longest wait for a process, s: only a failing test ever waits so long.
 LONG = 240.0
 
@@ -111,7 +104,6 @@ def test_a_signal_ends_it_in_order(
 ) -> None:
     arguments = ["--device", "twin", "--speed", "4", "--record", "--recordings", str(tmp_path)]
     process = started(environment, *arguments, stdout=subprocess.PIPE)
-    assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("pinch 2"):
             process.send_signal(number)
@@ -128,7 +120,7 @@ def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
 ) -> None:
     arguments = ["live", "--device", "twin", "--speed", "4", "--seconds", "4"]
     arguments += ["--record", "--recordings", str(tmp_path)]
-    process = forked.run("code", LIMITED, *arguments, env=environment)
+    process = forked.run("code", ON_FULL_DISK, 100_000, *arguments, env=environment)
     assert process.returncode == 2, process.stderr
     (path,) = tmp_path.glob("*.mcap")
     assert str(path) in process.stderr.splitlines()[-1]
@@ -154,7 +146,6 @@ def test_a_signal_releases_the_hand(
     arguments = ["--device", "twin", "--hand", "print", "--policy", "touch", "--speed=4"]
     pipe = subprocess.PIPE
     process = started(environment, *arguments, stdout=pipe, stderr=pipe)
-    assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("pinch 1"):
             process.send_signal(number)
@@ -177,7 +168,6 @@ def test_an_output_that_cannot_be_written_is_no_success(environment: dict[str, s
 def paged(environment: dict[str, str]) -> Iterator[tuple[subprocess.Popen[str], str]]:
     arguments = ["--device", "twin", "--hand", "twin", "--page", "--port", "0"]
     process = started(environment, *arguments, stderr=subprocess.PIPE)
-    assert process.stderr is not None
     address = next(line.split()[-1] for line in process.stderr if line.startswith("page: "))
     yield process, address
     process.send_signal(signal.SIGINT)
@@ -278,7 +268,6 @@ def test_lines_close_and_open_a_hand_and_their_end_opens_it(
         hand.wait(is_closing)
         process.stdin.close()
         hand.wait(lambda h: h.open)
-        assert process.stdout is not None
         predictions: list[tuple[str, str]] = []
         for event in map(json.loads, process.stdout):
             if event["type"] == "hand_command":

@@ -50,7 +50,6 @@ def recording(*arguments: str) -> Iterator[forked.Program]:
 
 def read_until(child: subprocess.Popen[str], word: str) -> None:
     """Read the lines of a process up to the first with this word."""
-    assert child.stdout is not None
     for line in child.stdout:
         if word in line:
             return

@@ -9,17 +9,9 @@ import forked
 from firstcontact.contact import load_detector
 from firstcontact.core import InputError
 from firstcontact.models import load_model
+from processes import ON_FULL_DISK
 from saved import CARD, WEIGHTS
 from trainings import recordings, run
-
-#: Trains with files of at most so many bytes, which is a full disk for what is larger.
-FULL = """
-import resource, sys
-from firstcontact.cli.main import main
-
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
-sys.exit(main(sys.argv[2:]))
-"""
 
 #: A named detector is fitted, so that two trainings differ in all files.
 FITTED = ("--detector-type", "logistic")
@@ -52,7 +44,7 @@ def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int
     original = content(model)
     assert len(original[WEIGHTS]) > 10_000
     words = ["train", str(other), "--estimator", "peak", "--out", str(model)]
-    process = forked.run("code", FULL, size, *words)
+    process = forked.run("code", ON_FULL_DISK, size, *words)
     assert process.returncode == 2, process.stderr
     assert f"{model}: File too large: make room" in process.stderr
     assert process.stderr.count("\n") == 1

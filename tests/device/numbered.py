@@ -52,3 +52,14 @@ def check(blocks: Iterable[Block]) -> int:
         ends[epoch] = block.end
         count += len(block.data)
     return count
+
+
+def stretches(blocks: Iterable[Block]) -> list[tuple[int, int, int]]:
+    """Return epoch, first sample and end of each run of blocks without a gap."""
+    runs: list[tuple[int, int, int]] = []
+    for block in blocks:
+        if runs and runs[-1][::2] == (block.epoch, block.first_sample):
+            runs[-1] = (block.epoch, runs[-1][1], block.end)
+        else:
+            runs.append((block.epoch, block.first_sample, block.end))
+    return runs

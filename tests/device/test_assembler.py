@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numbered import CHANNELS, DESCRIPTOR, check, frames, numbered
+from numbered import CHANNELS, DESCRIPTOR, check, frames, numbered, stretches
 
 from firstcontact.core import Finger
 from firstcontact.device import protocol
@@ -49,17 +49,6 @@ class Line:
         """Counts of the assembler. Reading them checks the numbers in all blocks."""
         assert check(self.out.blocks) == self.assembler.counts.samples
         return self.assembler.counts
-
-    @property
-    def stretches(self) -> list[tuple[int, int, int]]:
-        """Epoch, first sample and end of each run of blocks without a gap."""
-        runs: list[tuple[int, int, int]] = []
-        for block in self.out.blocks:
-            if runs and (runs[-1][0], runs[-1][2]) == (block.epoch, block.first_sample):
-                runs[-1] = (block.epoch, runs[-1][1], block.end)
-            else:
-                runs.append((block.epoch, block.first_sample, block.end))
-        return runs
 
 
 def late(counter: int, skipped: int, unheard: int) -> bytes:
@@ -160,9 +149,9 @@ CASES: dict[str, tuple[list[Step], list[tuple[int, int, int]], Counts]] = {
 }
 
 
-@pytest.mark.parametrize(("steps", "stretches", "counts"), CASES.values(), ids=CASES)
+@pytest.mark.parametrize(("steps", "expected", "counts"), CASES.values(), ids=CASES)
 def test_samples_and_losses_are_counted(
-    steps: list[Step], stretches: list[tuple[int, int, int]], counts: Counts
+    steps: list[Step], expected: list[tuple[int, int, int]], counts: Counts
 ) -> None:
     line = Line(b"")
     for step in steps:
@@ -170,7 +159,7 @@ def test_samples_and_losses_are_counted(
             line.feed(step)
         else:
             step(line.assembler)
-    assert line.stretches == stretches
+    assert stretches(line.out.blocks) == expected
     assert line.counts == counts
 
 

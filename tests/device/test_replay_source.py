@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numbered import DESCRIPTOR, check, numbered
+from numbered import DESCRIPTOR, check, numbered, stretches
 from scripted_device import collect
 
 from firstcontact.core import Block, Calibration, Finger, InputError, Label, VibrationCalibration
@@ -72,22 +72,12 @@ def play(source: ReplaySource) -> list[Arrival]:
     return arrivals
 
 
-def stretches(arrivals: list[Arrival]) -> list[tuple[int, int, int]]:
-    out: list[tuple[int, int, int]] = []
-    for b in (a.block for a in arrivals):
-        if out and out[-1][::2] == (b.epoch, b.first_sample):
-            out[-1] = (b.epoch, out[-1][1], b.end)
-        else:
-            out.append((b.epoch, b.first_sample, b.end))
-    return out
-
-
 @given(block=st.integers(1, 3000))
 def test_replay_keeps_all_positions(recording: Path, block: int) -> None:
     source = ReplaySource(recording, math.inf, block)
     arrivals = play(source)
     assert check(a.block for a in arrivals) == 2307
-    assert tuple(stretches(arrivals)) == STRETCHES
+    assert tuple(stretches(a.block for a in arrivals)) == STRETCHES
     assert all(len(a.block.data) <= block for a in arrivals)
     assert [m for a in arrivals for m in a.markers] == list(MARKERS)
     assert [p for a in arrivals for p in a.pinches] == list(PINCHES)
@@ -106,7 +96,7 @@ def test_paced_blocks_have_their_due_times(recording: Path) -> None:
     speed = 5.0
     source = ReplaySource(recording, speed)
     arrivals = play(source)
-    assert tuple(stretches(arrivals)) == STRETCHES
+    assert tuple(stretches(a.block for a in arrivals)) == STRETCHES
     sample_counts = np.cumsum([len(a.block.data) for a in arrivals])
     hosts = np.array([a.host for a in arrivals])
     due = sample_counts / (speed * DESCRIPTOR.layout.rate)

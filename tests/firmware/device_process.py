@@ -45,8 +45,6 @@ def running(program: Path, *options: str) -> Iterator[Running]:
         stderr=subprocess.PIPE,
         bufsize=0,
     ) as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
         try:
             path = process.stdout.readline().decode().strip()
             assert path, process.stderr.read().decode()

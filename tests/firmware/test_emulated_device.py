@@ -25,7 +25,6 @@ def emulated(image: Path, *arguments: str, more: Sequence[str] = ()) -> Iterator
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     ) as process:
-        assert process.stdout is not None
         try:
             output = ""
             while not (match := re.search(r"redirected to (\S+)", output)):

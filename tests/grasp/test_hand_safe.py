@@ -214,7 +214,6 @@ def slow_program() -> Iterator[subprocess.Popen[str]]:
 def test_continuous_signals_do_not_prevent_the_release() -> None:
     """Signals also arrive after the end of the block and before the first call of the hand."""
     with slow_program() as program:
-        assert program.stdout is not None
         while not select.select([program.stdout], [], [], 0.0002)[0]:
             program.send_signal(signal.SIGINT)
         assert program.stdout.readline() == "letting go\n"

@@ -13,7 +13,6 @@ from firstcontact.grasp.household_policies import (
     SLOW,
     ByStiffness,
     ByWeight,
-    FinalForce,
     SlipReflex,
     StiffnessReflex,
 )
@@ -120,7 +119,6 @@ HOUSEHOLD = [name for name, policy in POLICIES.items() if policy.task is Task.HO
 @pytest.mark.parametrize("name", HOUSEHOLD)
 def test_policy_slows_down_at_first_contact_and_presses_at_the_second(name: str) -> None:
     policy = make_policy(POLICIES[name], Grip(), Truth(30.0), {})
-    assert isinstance(policy, FinalForce)
     for _ in range(2):
         assert policy.begin() == Command(0.10, 1.0)
         assert policy.touched(CONTACT, True) == Command(SLOW, 1.0)

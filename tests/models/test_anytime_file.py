@@ -84,10 +84,6 @@ def _changed(name: str, change: Callable[[Any], Any]) -> Callable[[Arrays], Arra
     return lambda arrays: {**arrays, name: np.ascontiguousarray(change(arrays[name]))}
 
 
-def _nan(array: Any) -> Any:
-    return array * np.nan
-
-
 ATTACKS = {
     "no rig for any finger": lambda a: {n: x for n, x in a.items() if ".-1." not in n},
     "a finger that is no number": lambda a: {**a, "rig.thumb.scalars": np.zeros(3)},

@@ -26,6 +26,7 @@ from firstcontact.streaming import (
 )
 from firstcontact.streaming.events import Ask, Estimate
 from firstcontact.streaming.page.state import State
+from firstcontact.testing import make_estimate
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "fw 1", "piezo", "linke Händ", "twin")
 RATE = DESCRIPTOR.layout.rate
@@ -56,39 +57,14 @@ def pinch(
 
 #: An estimate of a window model, with an interval.
 ESTIMATE = timed(
-    Estimate(
-        value=29.25,
-        low=25.0,
-        high=33.5,
-        level=0.9,
-        elapsed=0.015,
-        available=0.0,
-        model="svm",
-        contact=FIRST,
-        complete=586,
-        epoch=0,
-        host=1000.125,
-        compute=0.0002,
-    )
-)
+    make_estimate(29.25, 25.0, 33.5, 0.015), model="svm", contact=FIRST, complete=586,
+    host=1000.125, compute=0.0002,
+)  # fmt: skip
 #: An estimate of the network.
 ANSWER = timed(
-    Estimate(
-        value=30.5,
-        low=22.0,
-        high=39.0,
-        level=0.9,
-        half_width=8.5,
-        elapsed=59 / RATE,
-        available=0.0,
-        model="network",
-        contact=FIRST,
-        complete=568,
-        epoch=0,
-        host=1000.12,
-        compute=0.0003,
-    )
-)
+    ESTIMATE, value=30.5, low=22.0, high=39.0, half_width=8.5, elapsed=59 / RATE, model="network",
+    complete=568, host=1000.12, compute=0.0003,
+)  # fmt: skip
 FINAL = replace(ANSWER, final=True, in_time=True)
 MESSAGES = (
     DeviceContact(Finger.THUMB, 510, 522, True, 0),

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
@@ -12,8 +13,9 @@ from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.recording import Marker
 from firstcontact.streaming import ClosingStart, ContactEvent, Event, NoEstimate, PinchDone, Update
-from firstcontact.streaming.events import Ask, Estimate
+from firstcontact.streaming.events import Ask
 from firstcontact.streaming.page.sink import PageSink
+from firstcontact.testing import make_estimate
 from page_browser import PATIENCE
 
 LAYOUT = fingertip_layout()
@@ -61,20 +63,11 @@ class Feed:
             Contact(finger.other, first + offset, first + offset + 9),
         )
         complete = first + 77
-        self.estimate = Estimate(
-            value=self.shore,
-            low=self.shore - 5.2,
-            high=self.shore + 6.1,
-            level=0.9,
-            elapsed=0.015,
-            available=77 / RATE + 0.00021,
-            model="svm",
-            contact=self.contacts[0],
-            complete=complete,
-            epoch=self.epoch,
-            host=0.0,
-            compute=0.00021,
-        )
+        self.estimate = replace(
+            make_estimate(self.shore, self.shore - 5.2, self.shore + 6.1, 0.015),
+            available=77 / RATE + 0.00021, model="svm", contact=self.contacts[0],
+            complete=complete, epoch=self.epoch, compute=0.00021,
+        )  # fmt: skip
         self.refused = self.pinches % 7 == 5
         end = self.start + 4500
         self.done = PinchDone(

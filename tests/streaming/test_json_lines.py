@@ -36,24 +36,11 @@ def written(*updates: Update) -> list[dict[str, Any]]:
 
 def test_lines_say_what_happened_in_order() -> None:
     lines = written(everything())
-    assert [line["type"] for line in lines] == [
-        "descriptor",
-        "link",
-        "failed",
-        "marker",
-        "closing_start",
-        "contact",
-        "estimate",
-        "estimate",
-        "no_estimate",
-        "pinch",
-        "object_estimate",
-        "hand_command",
-        "policy_command",
-        "hand_prediction",
-        "hand_prediction",
-        "hand_pinch",
-    ]
+    types = (
+        "descriptor link failed marker closing_start contact estimate estimate no_estimate pinch "
+        "object_estimate hand_command policy_command hand_prediction hand_prediction hand_pinch"
+    )
+    assert [line["type"] for line in lines] == types.split()
     _, link, failed, marker, _, _, estimate, final, _, finished, *remainder = lines
     combined, hand, command, computed, own_values, complete = remainder
     assert computed["event"]["contact"]["decided"] == 522

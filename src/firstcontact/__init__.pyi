@@ -27,8 +27,8 @@ from .models import adapt as adapt
 from .models import evaluate as evaluate
 from .models import load_model as load_model
 from .models import train as train
-from .models._evaluate import GroupScores as GroupScores
 from .models.detection import detect as detect
+from .models.evaluation import GroupScores as GroupScores
 from .plots.notebook import plot as plot
 from .recording.dataset import load as load
 from .signal import closing_speed as closing_speed

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 import firstcontact as fc
 from firstcontact.core import Role
-from firstcontact.models._evaluate import Overlap, overlap_groups
+from firstcontact.models._evaluate import overlap_groups
+from firstcontact.models.evaluation import Overlap
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 

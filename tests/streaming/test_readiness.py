@@ -13,7 +13,7 @@ from firstcontact.chain import Chain
 from firstcontact.contact import Detector
 from firstcontact.core import fingertip_layout
 from firstcontact.streaming import Pipeline
-from firstcontact.streaming.session import real_time_process
+from firstcontact.streaming.real_time import real_time_process
 
 
 def settings_now() -> tuple[float, bool, int, int]:

@@ -1,6 +1,5 @@
 """Models: estimators, one a file; training, evaluation, intervals; the model folder."""
 
-from ._evaluate import Evaluation as Evaluation
 from ._evaluate import evaluate as evaluate
 from .anytime import AnytimeModel as AnytimeModel
 from .anytime import Hints as Hints
@@ -8,6 +7,7 @@ from .anytime import Prediction as Prediction
 from .estimator import AnytimeEstimator as AnytimeEstimator
 from .estimator import Estimator as Estimator
 from .estimator import training_spec as training_spec
+from .evaluation import Evaluation as Evaluation
 from .model import Model as Model
 from .model import load_model as load_model
 from .predictions import Predictions as Predictions

@@ -2,48 +2,36 @@
 
 from __future__ import annotations
 
-import ctypes
-import gc
-import itertools
 import logging
 import math
-import os
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from firstcontact.core import (
-    ArgumentError,
-    Block,
     Calibration,
-    Contact,
-    FileError,
     InputError,
-    Label,
     merge_blocks,
 )
 from firstcontact.core.physics import parse_radius, radius_text
 from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.device import Arrival, Source
-from firstcontact.device.recorder import Recorder, RecorderStatus
+from firstcontact.device.recorder import RecorderStatus
 from firstcontact.device.source import drain
-from firstcontact.grasp import HandError
 from firstcontact.models import Model
-from firstcontact.recording import PinchMark
-from firstcontact.recording.messages import HAND, hand_group
 from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming._objects import ObjectCombiner
 from firstcontact.streaming._pipeline import Pipeline
 from firstcontact.streaming._sinks import Fanout, Sink, Update
 from firstcontact.streaming.events import Ask, Event, PinchDone
-from firstcontact.streaming.grasping import Grasping, HandRequests, PositionTrack
+from firstcontact.streaming.grasping import Grasping, HandRequests
+from firstcontact.streaming.real_time import real_time_process
+from firstcontact.streaming.session_recording import SessionRecording
 
 #: Longest wait for samples, s. It limits the time until a stop is noticed.
 WAIT = 0.05
@@ -56,11 +44,6 @@ HOLD = 0.05
 POLL = 0.002
 #: Time before the next samples are due at which it begins to poll, s.
 EARLY = 0.0004
-#: Longest time for which another Python thread may delay the session's thread, s. Python's default
-#: of 5 ms is a third of a window.
-SWITCH = 1e-4
-#: Flag of ``mlockall`` for the memory that a process has now.
-MCL_CURRENT = 1
 
 _log = logging.getLogger("firstcontact.streaming")
 
@@ -92,12 +75,13 @@ class LiveSession:
         self.pinches = 0
         self.notify = notify
         self._shape = shape
-        self._folder = recordings
-        self._calibration = calibration
-        self._recorder = Recorder()
-        self._noted: Path | None = None  # recording to which the next two fields belong
-        self._number = 0
-        self._start: tuple[int, int] | None = None
+        self._recording = SessionRecording(
+            source, recordings, calibration, grasping, pipeline.detector
+        )
+        #: Begin a recording in the session's folder under an unused name. Return its path.
+        self.start_recording = self._recording.start
+        #: End the recording and return its path; None if none was running.
+        self.stop_recording = self._recording.stop
         self._arrivals: list[Arrival] = []
         self._was_connected: bool | None = None  # at the time the source was closed
         self._events: list[Event] = []
@@ -114,7 +98,6 @@ class LiveSession:
             else HandPredictions(device.model, pipeline.layout.rate, checked=is_checked)
         )
         self._figures: Mapping[str, float] = {}
-        self._track: PositionTrack | None = None  # positions of the hand in the recording
         self._reported: set[str] = set()  # failed outputs that the others know of
         if shape:
             self.set_shape(shape)
@@ -155,7 +138,7 @@ class LiveSession:
         finally:
             with ExitStack() as ends:  # from the last to the first, all of them even if one raises
                 ends.callback(self.fanout.close)
-                ends.callback(self._recorder.close)
+                ends.callback(self._recording.close)
                 ends.callback(self._update)  # samples from before a fault belong in the recording
                 ends.callback(self._close_source)
                 if self.grasping is not None:
@@ -212,49 +195,6 @@ class LiveSession:
                 return new
         return self.source.read(WAIT, self._least)
 
-    def start_recording(self) -> Path:
-        """Begin a recording in the session's folder under an unused name. Return its path."""
-        now = datetime.now().astimezone()
-        created = now.isoformat(timespec="seconds")
-        header = self.source.descriptor.header(created=created, calibration=self._calibration)
-        hand = None if self.grasping is None else self.grasping.hand
-        if hand is not None and hand.position_rate > 0:
-            group = hand_group(hand.position_rate, hand.position_resolution)
-            layout = replace(header.layout, groups=(*header.layout.groups, group))
-            try:
-                header = replace(header, layout=layout)
-            except ValueError as error:
-                raise ArgumentError(
-                    f"positions of the hand {hand.name!r} cannot be recorded, because {error}: "
-                    "set another `position_rate` in its class",
-                    parameter="hand",
-                ) from error
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FileError(
-                f"{self._folder} cannot be created ({error.strerror}): choose another folder"
-            ) from error
-        stem = f"live-{now:%Y%m%d-%H%M%S}"
-        for number in itertools.count(1):
-            name = stem if number == 1 else f"{stem}-{number}"
-            path = self._folder / f"{name}.mcap"
-            try:
-                self._recorder.start(path, replace(header, session=name))
-            except InputError as error:
-                if not isinstance(error.__cause__, FileExistsError):
-                    raise
-            else:
-                break
-        _log.info("recording %s", path)
-        return path
-
-    def stop_recording(self) -> Path | None:
-        """End the recording and return its path; None if none was running."""
-        path = self._recorder.status.path
-        self._recorder.stop()
-        return path
-
     def mark(self, text: str) -> None:
         self.source.mark(text)
 
@@ -298,7 +238,7 @@ class LiveSession:
 
     @property
     def recording(self) -> RecorderStatus:
-        return self._recorder.status
+        return self._recording.status
 
     @property
     def _requests(self) -> HandRequests | None:
@@ -360,19 +300,12 @@ class LiveSession:
         arrivals, self._arrivals = _fewer(self._arrivals), []
         events, self._events = tuple(self._events), []
         pinches = [event for event in events if isinstance(event, PinchDone)]
-        # Recordings begin and end in the threads of viewers.
-        path = self.recording.path
-        if path != self._noted:
-            self._noted, self._number, self._start = path, 0, None
-            self._track = None
-        if self._start is None and arrivals:
-            self._start = (arrivals[0].block.epoch, arrivals[0].block.first_sample)
-        self._recorder.put(arrivals)
-        if path is not None and arrivals:
-            self._record_positions(arrivals[-1].block)
-        self._recorder.wait(self._hurries)
-        for pinch in pinches:
-            self._note(pinch)
+        self._recording.add(
+            arrivals,
+            [(pinch, self._names.pop(pinch.number)) for pinch in pinches],
+            is_predicting=self.pipeline.is_predicting,
+            hurries=self._hurries,
+        )
         if pinches:
             self._figures = self.pipeline.ledger.summary()
         health = self.source.health
@@ -381,44 +314,6 @@ class LiveSession:
         failed = {n: why for n, why in self.fanout.failed.items() if n not in self._reported}
         self._reported |= failed.keys()
         self.fanout.put(Update(arrivals, events, health, self.recording, self._figures, failed))
-
-    def _record_positions(self, block: Block) -> None:
-        """Record the hand's positions up to a block, but not while estimates are due."""
-        hand = None if self.grasping is None else self.grasping.hand
-        if self.grasping is None or hand is None or not hand.position_rate > 0:
-            return
-        if self._track is None or self._track.epoch != block.epoch:
-            start = block.first_sample / self.pipeline.layout.rate
-            dtype = self.source.descriptor.dtype
-            self._track = PositionTrack(hand, dtype, block.epoch, start)
-        if not self.pipeline.is_predicting:
-            with suppress(HandError):  # a hand that has failed ends the session by itself
-                for steps in self._track.read(self.grasping.host_zero):
-                    self._recorder.put_group(HAND, steps)
-
-    def _note(self, pinch: PinchDone) -> None:
-        name = self._names.pop(pinch.number)
-        is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
-        if self._noted is None or self.recording.path != self._noted or not is_whole:
-            return
-        found: tuple[Contact, ...] = ()
-        if not self.pipeline.layout.has_strip:
-            # A person who confirms contacts later begins with the detected ones.
-            found = tuple(c for c in pinch.contacts if pinch.start <= c.sample < pinch.end)
-        self._recorder.mark(
-            PinchMark(
-                self._number,
-                pinch.start,
-                pinch.end,
-                pinch.epoch,
-                Label(object=name),
-                truth=tuple(c for c in pinch.strips if pinch.start <= c.sample < pinch.end),
-                closing_speed=pinch.closing_speed,
-                found=found,
-                found_by=self.pipeline.detector if found else "",
-            )
-        )
-        self._number += 1
 
 
 def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
@@ -436,66 +331,3 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
         )
         for i, block in enumerate(blocks)
     )
-
-
-@contextmanager
-def real_time_process(
-    *, real_time: bool, notify: Callable[[str], None] = _log.info
-) -> Iterator[Callable[[bool], None]]:
-    """Prepare this process for real time, and undo that at the end of the ``with`` block.
-
-    Yield a function that pauses the garbage collector (True) or lets it run (False).
-    """
-    if not real_time:
-        yield lambda is_urgent: None
-        return
-    interval, collects = sys.getswitchinterval(), gc.isenabled()
-    scheduling = _raise_priority()
-
-    def hurry(is_urgent: bool) -> None:
-        if collects:
-            (gc.disable if is_urgent else gc.enable)()
-
-    sys.setswitchinterval(min(SWITCH, interval))
-    gc.collect()
-    gc.freeze()
-    unlock_memory = _lock_memory()
-    words = ["not granted" if x is None else "granted" for x in (scheduling, unlock_memory)]
-    notify(f"system: real-time scheduling {words[0]}, locked memory {words[1]}")
-    try:
-        yield hurry
-    finally:
-        if unlock_memory is not None:
-            unlock_memory()
-        if scheduling is not None:
-            policy, priority = scheduling
-            try:
-                os.sched_setscheduler(0, policy, priority)
-            except OSError:  # only the superuser may clear the flag
-                with suppress(OSError):
-                    os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, priority)
-        hurry(False)
-        gc.unfreeze()
-        sys.setswitchinterval(interval)
-
-
-def _raise_priority() -> tuple[int, os.sched_param] | None:
-    """Raise this thread's priority. Return its former scheduling; None if that was refused."""
-    if sys.platform != "linux":
-        return None
-    former = os.sched_getscheduler(0), os.sched_getparam(0)
-    with suppress(OSError):
-        # Threads and processes that this one starts are scheduled as usual.
-        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(1))
-        return former
-    return None
-
-
-def _lock_memory() -> Callable[[], object] | None:
-    """Keep this process out of swap. Return the function that undoes this; None if refused."""
-    with suppress(OSError, AttributeError):  # a system without these functions
-        system = ctypes.CDLL(None)
-        if system.mlockall(MCL_CURRENT) == 0:
-            unlock_memory: Callable[[], object] = system.munlockall
-            return unlock_memory
-    return None

@@ -1,10 +1,12 @@
 """The checks of the C library stop a program that calls it wrongly."""
 
+import re
 import signal
 import subprocess
 from pathlib import Path
 
 import pytest
+from firmware_build import need_arm
 
 SHARED = Path(__file__).parents[2] / "src/firstcontact/c"
 #: Wrong calls, and the file that stops each.
@@ -59,3 +61,21 @@ def test_a_wrong_call_ends_at_its_check(program: Path, call: str) -> None:
     ended = subprocess.run([program, str([*CALLS].index(call))], capture_output=True, text=True)
     assert ended.returncode == -signal.SIGABRT
     assert f"{CALLS[call]}.c" in ended.stderr
+
+
+@pytest.mark.parametrize("name", ["fc_chain.c", "fc_touch.c", "fc_image.c"])
+def test_each_check_traps_at_its_own_line_on_the_hand(
+    request: pytest.FixtureRequest, tmp_path: Path, name: str
+) -> None:
+    need_arm(request, "arm-none-eabi-gcc")
+    source, made = SHARED / "chain" / name, tmp_path / "made.o"
+    folders = ["-I", SHARED / "chain", "-I", SHARED / "wire"]
+    options = ["-O2", "-g", "-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard"]
+    subprocess.run(["arm-none-eabi-gcc", *options, *folders, "-c", source, "-o", made], check=True)
+    command = ["arm-none-eabi-objdump", "-d", "-l", made]
+    listing = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    traps = re.findall(r":(\d+)[^\n]*\n[^\n]*\tudf\t#(\d+)", listing)
+    lines = source.read_text(encoding="utf-8").splitlines()
+    checks = {n for n, line in enumerate(lines, 1) if "FC_ASSERT(" in line}
+    assert {int(line) for line, _ in traps} == checks
+    assert all(int(line) % 256 == int(number) for line, number in traps)

@@ -1,11 +1,13 @@
 /* Python module of the chain, with the functions that a detector needs for its training. */
 #include "extension.h"
 
+/* Memory for work, one call at a time. Threads of musl have a stack of only 128 KB. */
+static double room[FC_WINDOW_MOST];
+
 /* fit_predictions(quiet, samples, out): quiet (n, samples), in sigmas. out (n, FC_ORDER + 1). */
 static PyObject *fit_predictions(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     Py_buffer v[2];
-    double error[FC_WINDOW_MOST];
     (void)self;
     if (!has(n, 3) || !array_get(args[0], v, F64, false))
         return NULL;
@@ -17,7 +19,7 @@ static PyObject *fit_predictions(PyObject *self, PyObject *const *args, Py_ssize
         return refuse("a steady state has 25 to 16384 samples");
     }
     for (Py_ssize_t i = 0; i < rows; i++)
-        fc_fit_prediction((const double *)v[0].buf + i * samples, (int32_t)samples, error,
+        fc_fit_prediction((const double *)v[0].buf + i * samples, (int32_t)samples, room,
                           (double *)v[1].buf + i * (FC_ORDER + 1));
     release(v, 2);
     Py_RETURN_NONE;
@@ -28,7 +30,6 @@ static PyObject *fit_predictions(PyObject *self, PyObject *const *args, Py_ssize
 static PyObject *look_features(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     Py_buffer v[4];
-    double power[FC_WINDOW_MOST];
     fc_detector_constants k = {0};
     int held = 0;
     bool is_right = false;
@@ -53,7 +54,7 @@ static PyObject *look_features(PyObject *self, PyObject *const *args, Py_ssize_t
     is_right = is_right && samples > k.lengths[FC_PARTS] + FC_ORDER;
     for (Py_ssize_t i = 0; is_right && i < v[0].len / 8 / samples; i++)
         fc_look_features(&k, (const double *)v[0].buf + i * samples, (int32_t)samples,
-                         (const double *)v[1].buf + i * (FC_ORDER + 1), power,
+                         (const double *)v[1].buf + i * (FC_ORDER + 1), room,
                          (double *)v[3].buf + i * 2 * FC_LEVELS);
     release(v, held);
     if (!is_right)

@@ -110,7 +110,7 @@ def _follow(
 
 
 @dataclass(frozen=True, slots=True)
-class SoFar:
+class SessionProgress:
     """Files and pinches that a folder already has of a session."""
 
     path: Path
@@ -119,7 +119,7 @@ class SoFar:
     unreadable: tuple[str, ...] = ()
 
 
-def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
+def session_progress(folder: Path, session: str, descriptor: Descriptor) -> SessionProgress:
     """Return the files and pinches that a folder already has of a session."""
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
     counts: Counter[Label] = Counter()
@@ -148,7 +148,7 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
             )
         counts.update(m.label for m in recording.pinches if cut(recording, m) is not None)
         files.append(part)
-    return SoFar(path, counts, tuple(files), tuple(unreadable))
+    return SessionProgress(path, counts, tuple(files), tuple(unreadable))
 
 
 def record(
@@ -266,7 +266,7 @@ def _record(
             "make, and `train` learns from all of a folder: choose another folder to keep them "
             "apart"
         )
-    earlier = so_far(folder, session, source.descriptor)
+    earlier = session_progress(folder, session, source.descriptor)
     for sentence in earlier.unreadable:
         screen.say(f"warning: skipped: {sentence}")
     layout = source.descriptor.layout

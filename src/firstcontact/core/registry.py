@@ -205,9 +205,9 @@ class Registry(Mapping[str, E], Generic[E]):
             return True
 
     def _check(self, name: str, entry: Any) -> None:
-        """Raise InputError if an entry has another name or type, or lacks a method."""
+        """Raise TypeError if an entry has another name or type, or lacks a method."""
         if entry.name != name:
-            raise TypeError(f"its attribute 'name' is {entry.name!r}")
+            raise TypeError(f"its attribute 'name' is {entry.name!r}, not {name!r}")
         if self._base is None:
             return
         base: Any = self._import(self._base)

@@ -115,7 +115,7 @@ def conformal_interval(
     """Return the rule for intervals that hold the share ``level`` of these true values."""
     least = least_answers(level)
     if len(answers) < least:
-        raise ValueError(f"{len(answers)} predictions are too few for the coverage {level:g}")
+        raise ValueError(f"{len(answers)} predictions give no coverage {level:g}: use {least}")
     ranges = min(RANGES, len(answers) // least)
     edges = np.unique(np.quantile(answers, np.arange(1, ranges) / ranges))
     member = np.searchsorted(edges, answers, side="right")

@@ -233,10 +233,12 @@ def fit_models(
             estimator.fit_several([(s.X, s.y, s.named_sessions) for s in sets], seed=seed)
         )
         if len(models) != len(sets):
-            raise TypeError(f"fit_several returned {len(models)} models for {len(sets)} sets")
+            raise TypeError(
+                f"fit_several made {len(models)} models, not {len(sets)}: return one per set"
+            )
         for fitted in models:
             if not isinstance(fitted, WindowModel):
-                raise TypeError(f"fit returned a {type(fitted).__name__}, not a WindowModel")
+                raise TypeError(f"fit made a {type(fitted).__name__}: return a WindowModel")
     return models
 
 

@@ -124,7 +124,7 @@ def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
 
 
 def overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
-    """Return the parts of ``runs`` during which another stream has samples, too."""
+    """Return the parts of ``runs`` (even stretches of one stream) in which another has samples."""
     spans: list[tuple[float, float]] = []
     for run in others:
         margin = _FARTHEST / run.rate

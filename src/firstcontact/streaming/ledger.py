@@ -56,7 +56,7 @@ class Ledger:
         self.estimates += 1
         self._times["compute"].append(estimate.compute)
 
-    def use(self, *, is_used: bool) -> None:
+    def count_use(self, *, is_used: bool) -> None:
         """Count a pinch by a hand that uses estimates, as used or not used."""
         self.used = (self.used or 0) + is_used
 

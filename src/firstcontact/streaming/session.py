@@ -278,7 +278,7 @@ class LiveSession:
                 is_used = self.grasping.is_used
                 if isinstance(event, PinchDone) and is_used is not None:
                     event = msgspec.structs.replace(event, hand_used=is_used)
-                    self.pipeline.ledger.use(is_used=is_used)
+                    self.pipeline.ledger.count_use(is_used=is_used)
             self._events.append(event)
             if self.grasping is not None:
                 self._events += self.grasping.take_commands()

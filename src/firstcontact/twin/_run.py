@@ -179,7 +179,7 @@ class PinchRun:
             speeds = reference * (self._speeds / self.nominal_speed)
         else:
             speeds = reference / self.nominal_speed * self._speeds
-            self._noise.shape(self.times[stop - 1])
+            self._noise.scale_until(self.times[stop - 1])
         return self._arguments(
             begin, stop, speeds, self._state, self._touched, self._strength,
             self._drive.back_damping if self._placed or self._damped else 0.0,
@@ -243,7 +243,7 @@ class PinchRun:
 
 
 def whole_motions(runs: Sequence[PinchRun]) -> list[NDArray[np.float64]]:
-    """Return the whole motion of each simulated pinch, none of which may have begun."""
+    """Return the whole motion of each simulated pinch. None of them may have begun."""
     pieces = [run._piece(0, run.times.size) for run in runs]
     taken = integrate_all(pieces)
     return [run._keep(0, piece, n) for run, piece, n in zip(runs, pieces, taken, strict=True)]

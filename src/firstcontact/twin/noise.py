@@ -137,7 +137,7 @@ class PhalanxNoise:
         self.loudness = self._reached = loudness
         self._shaped = 0  # number of points with their loudness applied
 
-    def shape(self, until: float) -> None:
+    def scale_until(self, until: float) -> None:
         """Scale the noise forces before the time ``until``, s, by the motor's loudness."""
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:

@@ -20,7 +20,7 @@ from firstcontact.models.rig.network_estimator import rig_estimators
 from firstcontact.models.training import fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.twin.draw import Condition
-from firstcontact_lab.study.off_blocks import Answered, OffBlocks, off_blocks
+from firstcontact_lab.study.off_blocks import Answered, OffBlocks, score_off_blocks
 from firstcontact_lab.study.rig_sets import RigSet, Sizes, Use, rig_set
 from firstcontact_lab.study.window_ladder import fit_window_ladder
 
@@ -133,7 +133,7 @@ def compared(
         answered = Answered(query.question, query.place, windows, uses, answers[id(query)])
         rows.setdefault(name, []).append(answered)
         options[name] = {k: v for k, v in query.competitor.options.items() if k not in _OWN}
-    scores = {name: off_blocks(rows[name], options[name], seed) for name in rows}
+    scores = {name: score_off_blocks(rows[name], options[name], seed) for name in rows}
     return Generalised(
         sets=len(sets),
         seeds=list(seeds),

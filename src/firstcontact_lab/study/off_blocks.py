@@ -48,7 +48,9 @@ class Answered:
     values: Values
 
 
-def off_blocks(answered: Sequence[Answered], options: Mapping[str, Any], seed: int) -> OffBlocks:
+def score_off_blocks(
+    answered: Sequence[Answered], options: Mapping[str, Any], seed: int
+) -> OffBlocks:
     tally = _ErrorSums(seed)
     objects = [_part(batch, Use.OBJECTS) for batch in answered]
     softest, hardest = _ends([batch for batch in objects if len(batch.values)])

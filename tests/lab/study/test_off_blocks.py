@@ -12,7 +12,7 @@ from firstcontact.models.registry import window_estimators
 from firstcontact.models.training import LabelledWindows
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study.comparison import MASKED, NETWORK, Competitor, Query, answer
-from firstcontact_lab.study.off_blocks import Answered, off_blocks
+from firstcontact_lab.study.off_blocks import Answered, score_off_blocks
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts import generalise as part
 from firstcontact_lab.study.parts.generalise import (
@@ -84,7 +84,7 @@ def test_scores_are_those_of_constant_errors() -> None:
         answered({Use.BLOCKS: 1.0}, question="30"),
         answered({Use.BLOCKS: 5.0}, question="60"),
     ]
-    computed = off_blocks(parts, {}, 0)
+    computed = score_off_blocks(parts, {}, 0)
     assert (computed.sets, computed.options, computed.intervals) == (1, None, {})
     assert (computed.objects, computed.three_pinches, computed.blocks) == pytest.approx((4, 4, 2))
     assert (computed.other_hand, computed.accuracy) == pytest.approx((3, 1))
@@ -95,14 +95,14 @@ def test_scores_are_those_of_constant_errors() -> None:
 def test_three_pinches_average_what_cancels_out() -> None:
     entry = answered({Use.OBJECTS: 0.0})
     signs = entry.values + np.tile([3.0, -3.0, 0.0], 2)
-    computed = off_blocks([replace(entry, values=signs)], {}, 0)
+    computed = score_off_blocks([replace(entry, values=signs)], {}, 0)
     assert computed.three_pinches < computed.objects
 
 
 def test_intervals_are_over_sets() -> None:
     errors = (1, 7, 1, 7, 1, 7)
     parts = [answered({Use.OBJECTS: float(error)}, place) for place, error in enumerate(errors)]
-    computed = off_blocks(parts, {"epochs": 1}, 0)
+    computed = score_off_blocks(parts, {"epochs": 1}, 0)
     assert computed.sets == 6
     assert computed.objects == pytest.approx(5.0)
     low, high = computed.intervals["objects"]

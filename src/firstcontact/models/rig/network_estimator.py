@@ -173,7 +173,7 @@ def score_held_out(
     sessions: NDArray[np.str_] | None,
     seed: int,
 ) -> HeldOut | None:
-    """Adapt without some pinches, and predict these. Return None if none can be held out."""
+    """Score a model on pinches that it was not adapted to; None if none can be held out."""
     parts = []
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):

@@ -25,7 +25,14 @@ from firstcontact.core.weights import take_array
 from firstcontact.models.anytime import LONGEST, AnytimeModel, Hints, Prediction
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.rig.context_network import ContextNetwork, Familiar
-from firstcontact.models.rig.rigs import STEP, MotorPitch, Rig, RigRegression, RigSpeeds, ear
+from firstcontact.models.rig.rigs import (
+    STEP,
+    MotorPitch,
+    Rig,
+    RigRegression,
+    RigSpeeds,
+    spectrum_constants,
+)
 from firstcontact.models.touches import Touches
 from firstcontact.models.values import Arrays, Values
 from firstcontact.signal import samples_in
@@ -112,7 +119,7 @@ class RigModel(AnytimeModel):
             answer_bias=network["answer.bias"],
             pitch_step=STEP,
             rigs=[self._rig_constants(finger, rig) for finger, rig in self.rigs.items()],
-            **ear(self.rate),
+            **spectrum_constants(self.rate),
         )
 
     def _rig_constants(self, finger: int, rig: Rig) -> RigConstants:

@@ -31,7 +31,7 @@ _ROUNDS = 4
 Spectra = NDArray[np.float32]
 
 
-class Ear(TypedDict):
+class SpectrumConstants(TypedDict):
     """Constant arrays for the spectrum of the motor's noise; ``fc_pitch.h`` describes them."""
 
     sine: NDArray[np.float32]
@@ -41,7 +41,7 @@ class Ear(TypedDict):
 
 
 @lru_cache(maxsize=8)
-def ear(rate: float) -> Ear:
+def spectrum_constants(rate: float) -> SpectrumConstants:
     """Return the constant arrays for the motor's spectrum at this sampling rate, Hz."""
     quiet = samples_in(Touches.BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
     place = np.geomspace(LOWEST, HIGHEST, LINES) * (TURN / rate)
@@ -56,7 +56,7 @@ def ear(rate: float) -> Ear:
 
 def spectra(signals: Signals, rate: float) -> Spectra:
     """Return the peaks of the motor's spectrum before each contact, shape (n, LINES)."""
-    constants = ear(rate)
+    constants = spectrum_constants(rate)
     return touch.spectra(signals[:, : len(constants["fade"])], **constants)
 
 

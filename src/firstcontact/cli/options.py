@@ -211,7 +211,7 @@ def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return the docstring below each field by its name; {} if there is no source code."""
+    """Return by field the docstring below it; {} without source code."""
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

@@ -28,7 +28,7 @@ AGAIN = 0.5
 
 @contextmanager
 def session_keys(session: LiveSession) -> Iterator[None]:
-    """Let keys and lines of input begin new objects and move the hand during a live session."""
+    """Take new objects and commands to the hand from the keyboard during a live session."""
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):
         yield
@@ -66,7 +66,7 @@ def _standard_input() -> int | None:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Let a terminal deliver each key at once. Return its former settings."""
+    """Make a terminal deliver each key immediately. Return its former settings."""
     if not (os.isatty(number) and _ours(number)):
         return None
     try:

@@ -299,7 +299,7 @@ def _record(
 def _items(
     source: Source, item: Item | None, plan: AnyPath | Sequence[Item] | None
 ) -> tuple[Item, ...]:
-    """Return the objects to record. A simulated source knows the Shore A of its own objects."""
+    """Return the objects to record. A simulated source knows the Shore A of its objects."""
     if (plan is None) == (item is None):
         raise ArgumentError(
             "give either one object or a plan for several, not both"

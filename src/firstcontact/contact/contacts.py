@@ -57,7 +57,7 @@ class PinchDecisions:
 
 
 def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
-    """Let a detector judge the windows of a pinch from its start to the sample ``until``."""
+    """Judge the windows of a pinch by a detector, from its start to the sample ``until``."""
     layout = pinch.layout
     chain = contact_chain(detector, layout, is_traced=True)
     windows: list[tuple[int, ...]] = []

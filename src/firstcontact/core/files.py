@@ -124,7 +124,7 @@ def cache_path(name: str) -> Path:
 
 
 def make_once(folder: Path, make: Callable[[Path], object]) -> None:
-    """Let ``make`` write a missing folder. Other processes see it only when it is complete."""
+    """Create a missing folder by ``make``. Other processes see it only when it is complete."""
     try:
         if folder.is_dir():
             return

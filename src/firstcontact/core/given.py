@@ -78,7 +78,7 @@ def given_choice(kind: type[Choice], value: Any, parameter: str) -> Choice:
 
 
 def is_number(value: Any) -> bool:
-    """Return True for a real number, but False for True and False, also those of NumPy."""
+    """Return True for a real number. The values True and False are not numbers."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 

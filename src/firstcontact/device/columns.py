@@ -64,7 +64,7 @@ def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
 def select_signals(
     device: str, names: Sequence[str], wanted: Sequence[str], default: list[int]
 ) -> list[int]:
-    """Return the indices of the one or two wanted columns, or ``default`` if none is wanted."""
+    """Return the indices of the one or two wanted columns, or else ``default``."""
     matches = [find_column(word, names) for word in wanted]
     places = [k for k in matches if k is not None] if wanted else default
     if None in matches or not 1 <= len(set(places)) == len(places) <= 2:

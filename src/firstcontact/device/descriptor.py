@@ -1,4 +1,4 @@
-"""What a device states about itself and predicts: layout, model, contacts and estimates."""
+"""Statements of a device about itself (layout, model) and its predictions."""
 
 from __future__ import annotations
 

@@ -198,7 +198,7 @@ class ThreadedSource(QueuedSource):
             self._markers.append(text)
 
     def _resample(self, input_rate: float, output_rate: float) -> float:
-        """Let :meth:`_give` resample between these rates, Hz. Return the filter's delay, s."""
+        """Set the rates between which :meth:`_give` resamples, Hz. Return the filter's delay, s."""
         self._input_rate, self._output_rate = input_rate, output_rate
         return CausalResampler(input_rate, output_rate).delay
 

@@ -232,7 +232,7 @@ class SafeHand(Hand):
             self._hand.close()
 
     def _let_go(self) -> None:
-        """Let the watchdog thread open the hand."""
+        """Open the hand by the watchdog thread."""
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()
@@ -297,7 +297,7 @@ class SafeHand(Hand):
         return False
 
     def _act(self) -> None:
-        """Do what the pacer says is due: send a command or open the hand."""
+        """Send the command that is due by the pacer, or open the hand."""
         if self._release_requested:
             self._release_requested = False
             self._release()

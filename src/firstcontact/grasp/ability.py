@@ -240,7 +240,7 @@ class AbilityHand(Hand):
             return now, self._command, self._closing
 
     def _take_report(self, hand: Any, now: float) -> Felt:
-        """Store the hand's report. Forces are relative to those of the first one."""
+        """Store the hand's report. Forces count from the first report."""
         touch = hand.get_fsr() or []
         self._unloaded = self._unloaded or touch
         above = [x - z for x, z in zip(touch, self._unloaded, strict=True)]

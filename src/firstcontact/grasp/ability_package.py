@@ -76,7 +76,7 @@ def claimed(port: str) -> Iterator[None]:
 
 
 def open_client(port: str, rate: float) -> Any:
-    """Return the package's connection to the hand, which reads in a thread of its own."""
+    """Return the package's connection to the hand, which reads in its own thread."""
     package = load()
     simulated = port == SIMULATED
     try:

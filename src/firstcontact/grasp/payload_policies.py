@@ -19,7 +19,7 @@ GRANTED = 0.010
 
 
 class Touch(Policy):
-    """Policy that becomes gentle at the first contact, whatever the stiffness."""
+    """Policy that becomes gentle at the first contact, for any stiffness."""
 
     name = "touch"
     title = "gentle at touch"

@@ -87,7 +87,7 @@ def _result(task: Future[bytes]) -> Any:
 
 @contextmanager
 def use_cluster(address: str) -> Iterator[None]:
-    """Let :func:`firstcontact.jobs.parallel` use a Dask cluster within the ``with`` block."""
+    """Run jobs of :func:`firstcontact.jobs.parallel` on a Dask cluster in the ``with`` block."""
     # Errors below name the problem in one sentence; the library's log lines would repeat it.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

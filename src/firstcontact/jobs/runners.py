@@ -145,7 +145,7 @@ def parallel(
 
 @contextmanager
 def using(runner: Callable[[Tick], Runner]) -> Iterator[None]:
-    """Let :func:`parallel` yield a runner made by this function within the ``with`` block."""
+    """Replace the runner of :func:`parallel` by that of this function in the ``with`` block."""
     _runners.append(runner)
     try:
         yield

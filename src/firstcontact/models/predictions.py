@@ -127,7 +127,7 @@ class Predictions(Drawable):
 
 
 class TouchPredictor(Protocol):
-    """Interface of models that predict stiffness from many contacts at once."""
+    """Interface of models that predict stiffness from several contacts in one call."""
 
     def predict_touches(self, touches: Touches) -> Predictions:
         """Return a prediction for each contact, from its samples before the second contact."""

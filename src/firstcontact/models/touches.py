@@ -160,7 +160,7 @@ class Touches:
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
-        """All arrays of the contacts, in the order in which the compiled code takes them."""
+        """Arrays of the contacts in the order in which the compiled code takes them."""
         hints = self.speeds, self.speed_errors, self.radii
         return self.signals, self.valid, self.fingers, *hints
 

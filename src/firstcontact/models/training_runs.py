@@ -185,7 +185,7 @@ def _train_windows(
 
 
 class UnknownRigError(ArgumentError):
-    """Error: the network cannot be adapted to these pinches, so there is no any-time model."""
+    """Error for pinches to which the network cannot be adapted."""
 
 
 def _fit_anytime(

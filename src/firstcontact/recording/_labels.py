@@ -256,7 +256,7 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
 
 
 def _either(table: Table, name: str, other: str) -> list[Any] | None:
-    """Return the parsed values of that one of two columns that exists; None without both."""
+    """Return the parsed values of one of two columns, whichever exists; None without both."""
     if name in table and other in table:
         raise FileError(f"{table.path} has both '{name}' and '{other}': keep one of them")
     return _parsed(table, other if other in table else name)

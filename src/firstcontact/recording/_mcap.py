@@ -71,7 +71,7 @@ def _pairs(numbers: Mapping[int, int]) -> bytes:
 
 
 class McapWriter:
-    """Writer of messages in uncompressed chunks. Full chunks are written at once."""
+    """Writer of messages in uncompressed chunks. It writes each chunk when it is full."""
 
     def __init__(self, stream: IO[bytes], chunk_size: int) -> None:
         self._stream, self._chunk_size = stream, chunk_size

@@ -222,7 +222,7 @@ class _Index:
 
 
 def _header(path: Path, headers: Iterable[bytes]) -> Header:
-    """Return the first usable header. If none is usable, raise the first one's error."""
+    """Return the first usable header. Raise the error of the first header if none is usable."""
     first: InputError | None = None
     usable: list[Header] = []
     for data in headers:

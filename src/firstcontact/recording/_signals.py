@@ -188,7 +188,7 @@ class Signals:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Return the samples ``start`` to ``stop``, and those of each slower group at that time."""
+        """Return the samples ``start`` to ``stop``, and the slower groups at the same time."""
         blocks = {}
         for group in self.layout.groups:
             pace = group.layout.rate / self.layout.rate

@@ -222,7 +222,7 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def shifted(pinch: Pinch, by: int) -> Pinch:
-    """Return a pinch with ``by`` added to its sample numbers, except those of its groups."""
+    """Return a pinch with ``by`` added to its sample numbers, but not in its groups."""
     truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
     motor = None if pinch.motor_start is None else pinch.motor_start + by
     return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)

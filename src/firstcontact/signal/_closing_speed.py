@@ -166,7 +166,7 @@ def _few(freedom: int) -> float:
 
 
 def _step(positions: NDArray[np.float64]) -> float:
-    """Return the smallest step of positions from an encoder, m; 0 if none is visible."""
+    """Return the smallest step of an encoder's positions, m; 0 without visible steps."""
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]
     if not len(moved):

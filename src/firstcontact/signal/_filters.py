@@ -87,7 +87,7 @@ class DeviceSmoothing:
             self._smoothing = ExponentialSmoothing(FINGERTIP_SMOOTHING, mask)
 
     def update(self, volts: NDArray[Any]) -> NDArray[Any]:
-        """Smooth the next samples, shape (n, channels). Return as many."""
+        """Smooth the next samples. Input and output have the shape (n, channels)."""
         return volts if self._smoothing is None else self._smoothing.update(volts)
 
 

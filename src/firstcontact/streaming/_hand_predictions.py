@@ -1,4 +1,4 @@
-"""Comparison of a device's own predictions with those of this computer, pinch by pinch."""
+"""Comparison of the predictions of a device and of this computer, pinch by pinch."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class ObjectCombiner(ObjectNames):
         self._is_new = self._has_labels = False
 
     def new_object(self) -> None:
-        """Let the next pinch begin another object. Any thread may call this."""
+        """Begin a new object with the next pinch. Any thread may call this."""
         self._is_new = True
 
     @property

@@ -319,7 +319,7 @@ class HandPrediction(_Reported, frozen=True, tag="hand_prediction"):
 
 
 class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
-    """Comparison of a device's predictions for one pinch with those of this computer (the host).
+    """Comparison of the predictions of a device and of this computer (the host) for one pinch.
 
     Parameters
     ----------

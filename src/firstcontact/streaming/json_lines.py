@@ -174,7 +174,7 @@ class JsonLinesSink:
             self._write(lines)
 
     def close(self) -> None:
-        """Do nothing, because all lines have been written and the stream stays open."""
+        """Close the sink. All lines have been written already, and the stream stays open."""
 
     def _write(self, lines: Sequence[str]) -> None:
         self._stream.write("".join(line + "\n" for line in lines))

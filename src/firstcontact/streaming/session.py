@@ -199,7 +199,7 @@ class LiveSession:
         self.source.mark(text)
 
     def new_object(self) -> None:
-        """Let the next pinch begin another object: estimates are averaged from there on."""
+        """Begin a new object with the next pinch: estimates are averaged from there on."""
         self._objects.new_object()
         self.pipeline.radius = parse_radius(self._shape)
 
@@ -254,7 +254,7 @@ class LiveSession:
         return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
-        """Process samples. Return True if the outputs should get them at once."""
+        """Process samples. Return True if the outputs should get them immediately."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         if arrival.markers or arrival.pinches:

@@ -118,7 +118,7 @@ class Positions:
         self._travel = float(travel[-1])
 
     def zero(self) -> None:
-        """Let the current position be the zero of the travel."""
+        """Set the zero of the travel to the current position."""
         self._travel = 0.0
 
     def speed(self, sample: int) -> ClosingSpeed | None:

@@ -45,7 +45,7 @@ class PlantHand(Hand):
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
-        """Do nothing, because a simulated hand has no connection to close."""
+        """Close nothing, because a simulated hand has no connection."""
 
 
 class SlipWatch:

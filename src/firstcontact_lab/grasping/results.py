@@ -43,7 +43,7 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
 
 
 class TunedOn(Record, frozen=True, kw_only=True):
-    """Which picks were used for tuning or judging: seeds of hands, numbers of specimens, counts."""
+    """Picks for tuning or for judging: seeds of the hands, numbers of specimens, and counts."""
 
     hands: list[int]
     specimens: list[int]

@@ -87,7 +87,7 @@ class GraspStudySettings:
     workers: int = 2
 
     def hand_seeds(self) -> tuple[list[int], list[int]]:
-        """Return the random seeds of the hands for tuning, and those of the hands for judging."""
+        """Return two lists of seeds: hands for tuning, and hands for judging."""
         first = 1000 * (self.seed + 1)
         tuning = [first + 100 + n for n in range(self.tuning_hands)]
         return tuning, [first + 200 + n for n in range(self.judged_hands)]

@@ -234,7 +234,7 @@ def _example_set(d: _Drawn) -> Examples:
 
 
 def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
-    """Return indices of random pinches: a share of those of each Shore A, but at least two."""
+    """Return indices of a random share of the pinches of each Shore A, but at least two."""
     chosen = []
     for level in np.unique(shore_a):
         members = rng.permutation(np.flatnonzero(shore_a == level))

@@ -29,7 +29,7 @@ class PartResult:
 
     @property
     def results(self) -> SubjectResults:
-        """Results that this part of a study measured, without those of other parts."""
+        """Results that only this part of a study measured."""
         return NOTHING.replace(self.entries) if self.entries else NOTHING
 
 

@@ -346,7 +346,7 @@ def _hard_peak(seed: int, rig: RandomRig) -> float:
 
 
 def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
-    """Simulate ``each`` closings on a flat block of every Shore A in ``levels``, by session."""
+    """Simulate ``each`` closings on a block of every Shore A in ``levels``, in ``sessions``."""
     pinches = []
     for level in levels:
         for number in range(each):

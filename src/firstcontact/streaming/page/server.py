@@ -145,7 +145,7 @@ class _Viewer:
             await asyncio.sleep(PAUSE)
 
     def drop(self) -> None:
-        """Disconnect at once, without the closing handshake that a silent viewer would not read."""
+        """Disconnect a silent viewer without a closing handshake, which it would not read."""
         self.connection.transport.abort()
 
 

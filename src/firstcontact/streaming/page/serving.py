@@ -90,7 +90,7 @@ class Guard:
         return f"http://{host}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> str | None:
-        """Return the valid token of a request, or None if none is needed. Raise NotAllowedError."""
+        """Return the token of a request, or None if pages need no token. Raise NotAllowedError."""
         served = headers.get_all("Host")
         if len(served) != 1 or not self._ours(served[0]):
             raise NotAllowedError(

@@ -43,7 +43,7 @@ class TouchScores(Record, frozen=True, kw_only=True):
 
 
 class LossBias(Record, frozen=True, kw_only=True):
-    """How much too hard an object seems by its peak voltage, with and without damping, Shore A."""
+    """Excess of hardness that an object's peak voltage suggests, by its damping, Shore A."""
 
     none: float
     fast: float

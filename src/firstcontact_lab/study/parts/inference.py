@@ -46,7 +46,7 @@ class Timed:
 
     @property
     def uninterrupted(self) -> NDArray[np.float64]:
-        """Times of the calls that no other program interrupted, or of all if none is left, µs."""
+        """Times of the calls that were not interrupted, µs; of all calls if none remains."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
 

@@ -174,7 +174,7 @@ def _squares(values: Values, dataset: Dataset) -> Values:
 
 
 def count_alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
-    """Return the number of false contacts in closings without an object, and their minutes."""
+    """Return the number of false contacts in closings without an object, and the minutes."""
     part = round(HEARD * FINGERTIP_RATE)
     alarms, seconds = 0, 0.0
     for pinch in cut_closings(empty):

@@ -146,6 +146,11 @@ def run_steps(
         def within(count: int, total: int) -> None:
             bar.update(finished + step_cost * count / total - bar.n)
 
+        def describe(words: str) -> None:
+            bar.set_description(words)
+            if bar.disable:  # a pipe or a log
+                print(f"{100 * bar.n / bar.total:3.0f} % {words}", file=sys.stderr)
+
         with parallel(workers, within) as runner:
             jobs = plan(runner)
             bar.reset(total=sum(job.cost for job in jobs))
@@ -154,13 +159,11 @@ def run_steps(
                 nonlocal finished, step_cost
                 finished = bar.n = sum(done.cost for done in jobs[: state.completed])
                 step_cost = job.cost
-                bar.set_description(job.name)
-                if bar.disable:
-                    print(f"{100 * finished / bar.total:3.0f} % {job.name}", file=sys.stderr)
+                describe(job.name)
 
             run_jobs(jobs, state, out, tick)
             bar.n = bar.total
-            bar.set_description("done")
+            describe("done")
     return out / REPORT
 
 

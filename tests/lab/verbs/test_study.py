@@ -50,7 +50,8 @@ def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> No
     stdout, stderr = process.communicate()
     assert process.returncode == 0, stderr
     assert stdout.strip() == str(out / "report.html")
-    assert "done" in stderr
+    assert stderr.endswith("100 % done\n")
+    assert "\r" not in stderr
     tree = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert tree["study"]["complete"]
     assert tree["hardness_order"]["spectral_centroid"]["n"] == 3

@@ -9,10 +9,17 @@
 enum { BOARD_CLOCK_HZ = 25000000, BOARD_TIMER_IRQ = 8 };
 
 void uart_init(void);
-bool uart_put(uint8_t byte); /* false if it is full */
+
+/* Send a byte. Return false if there is no room.
+   byte  in */
+bool uart_put(uint8_t byte);
+
+/* Receive a byte. Return false if there is none.
+   byte  out */
 bool uart_get(uint8_t *byte);
 
-/* Start interrupts. Each interrupt sets the period after the one that then runs. */
+/* Start interrupts. Each interrupt sets the period after the one that then runs.
+   ticks  in */
 void timer_start(uint32_t ticks);
 void timer_period(uint32_t ticks);
 void timer_stop(void);
@@ -23,14 +30,26 @@ void board_timer_interrupt(void); /* defined by the program */
 void counter_start(void);
 uint32_t counter_ns(void);
 
-/* Semihosting: services of the emulator. */
+/* Semihosting: services of the emulator. host_read and host_take return the number of bytes read,
+   host_open a file, or a number below 0 on an error.
+   text     out, (room)
+   room     in, bytes
+   path     in
+   to       out, (room) or (bytes)
+   writing  in
+   file     in, of host_open
+   bytes    in
+   from     in, (bytes) */
 void host_arguments(char *text, size_t room);
-size_t host_read(const char *path, uint8_t *to, size_t room); /* bytes read, 0 on an error */
-int32_t host_open(const char *path, bool writing); /* below 0 on an error */
-size_t host_take(int32_t file, void *to, size_t bytes); /* bytes read */
+size_t host_read(const char *path, uint8_t *to, size_t room);
+int32_t host_open(const char *path, bool writing);
+size_t host_take(int32_t file, void *to, size_t bytes);
 void host_put(int32_t file, const void *from, size_t bytes);
 void host_close(int32_t file);
 uint32_t host_seconds(void);
+
+/* End the program.
+   code  in */
 void board_exit(int code);
 
 #endif

@@ -16,10 +16,14 @@ typedef struct {
 
 typedef enum { FEED_SCAN, FEED_DRY, FEED_END } feed_state;
 
-/* Open the file; path "-" is standard input. Return -1 and set errno on failure. */
+/* Open the file. Return -1 and set errno on failure.
+   f     out
+   path  in, or "-" for standard input */
 int feed_open(feed *f, const char *path);
 
-/* Read the next scan without waiting. Return FEED_DRY if the pipe is empty. */
+/* Read the next scan without waiting. Return FEED_DRY if the pipe is empty.
+   f    in, out
+   raw  out, counts; unchanged without a scan */
 feed_state feed_next(feed *f, fc_raw *raw);
 
 #endif

@@ -7,7 +7,9 @@
 enum { MODEL_ROOM = FC_SLOT_BYTES };
 
 /* Open or create the file. Return -1 and set errno on failure. Written bytes survive the program,
-   however it ends. */
+   however it ends.
+   memory  out
+   path    in */
 int models_open(fc_memory *memory, const char *path);
 
 #endif

@@ -6,13 +6,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = [
-    "src/firstcontact/c/chain",
-    "src/firstcontact/c/wire",
-    "firmware/core",
-    "firmware/predictor",
-]
-HEADERS = [path for folder in FOLDERS for path in sorted((ROOT / folder).glob("*.h"))]
+FOLDERS = ["src/firstcontact/c/chain", "src/firstcontact/c/wire", "firmware/[cmnp]*"]
+HEADERS = [path for folder in FOLDERS for path in sorted(ROOT.glob(f"{folder}/*.h"))]
 #: A comment with the functions, or pointers to functions, that follow it without an empty line.
 GROUP = re.compile(r"/\*((?:(?!\*/).)*)\*/\n((?:[ \w*]+\(\*?[^;{}]*\);\n)+)", re.DOTALL)
 FUNCTION = re.compile(r"(\w+)\)?\(([^()]*)\);")

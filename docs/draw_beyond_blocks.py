@@ -29,6 +29,7 @@ from firstcontact_lab.report.style import canvas, shades, uri
 from firstcontact_lab.study.page import read_study
 from firstcontact_lab.study.parts.anytime import ANYTIME, anytime_figure
 from firstcontact_lab.study.parts.generalise import GENERALISE, generalise_figure
+from firstcontact_lab.study.parts.whole_grasp import WHOLE_GRASP, time_figure
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -106,10 +107,13 @@ def main() -> None:
             continue
         for name, results in named_subjects(read_study(folder / file)).items():
             anytime, generalised = results[ANYTIME], results[GENERALISE]
+            grasp = results[WHOLE_GRASP]
             if anytime is not None:
                 write(f"time-{name}", anytime_figure(anytime).image)
             if generalised is not None:
                 write(f"errors-{name}", generalise_figure(generalised).image)
+            if grasp is not None:
+                write(f"grasp-{name}", time_figure(grasp).image)
 
 
 if __name__ == "__main__":

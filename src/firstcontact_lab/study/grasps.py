@@ -265,18 +265,20 @@ class SqueezeScale:
 
 
 class GraspLaw(Record, frozen=True, kw_only=True):
-    """How the estimates of both fingers and of the squeeze are averaged: their errors, measured.
+    """Measured errors of the estimates of both fingers and of the squeeze, which weigh them.
 
-    The error of each is a multiple of its predicted spread. That of the squeeze also has a part
-    that comes from the object's structure and not from its hardness.
+    Weights do not depend on the predicted spreads of a pinch: a small spread is often wrong on
+    objects unlike blocks. Intervals do. The error of the squeeze has a part that comes from the
+    object's structure and not from its hardness.
     """
 
     #: Bias of the second finger's estimate per second between the contacts, and the time between
     #: the contacts without bias, s.
     drift: float
     usual_gap: float
-    #: Factors on the spreads of the first finger, of the second, and of the squeeze on blocks.
-    scales: tuple[float, float, float]
+    #: RMSE of the first and of the second finger, Shore A, and factors on their spreads.
+    errors: tuple[float, float]
+    scales: tuple[float, float]
     #: Error of the squeeze that comes from the object's structure, Shore A: mean and deviation.
     softer: float
     structure: float
@@ -297,18 +299,23 @@ class GraspLaw(Record, frozen=True, kw_only=True):
         Return the averages and their standard deviations, (n,) each.
         """
         there = np.isfinite(values)
-        sd = spreads * np.array(self.scales)
-        sd[:, 2] = np.hypot(sd[:, 2], self.structure)
-        sd = np.where(there, sd, 1e6)  # so that it has no weight
-        covariance = self._matrix() * sd[:, :, None] * sd[:, None, :]
-        rows, columns = np.nonzero(~np.eye(3, dtype=bool))
-        is_pair = there[:, rows] & there[:, columns]
-        covariance[:, rows, columns] *= is_pair
-        weights = np.linalg.solve(covariance, np.ones((len(values), 3, 1)))[..., 0]
-        weights = np.maximum(weights, 0.0)
+        squeeze = np.hypot(spreads[:, 2], self.structure)
+        usual = np.column_stack([*np.broadcast_arrays(*self.errors, squeeze)])
+        predicted = np.column_stack([spreads[:, :2] * np.array(self.scales), squeeze])
+        weights = np.linalg.solve(self._covariance(usual, there), np.ones((len(values), 3, 1)))
+        weights = np.where(there, np.maximum(weights[..., 0], 0.0), 0.0)
         weights /= weights.sum(axis=1, keepdims=True)
+        covariance = self._covariance(predicted, there)
         variance = np.einsum("ni,nij,nj->n", weights, covariance, weights)
         return (weights * np.where(there, values, 0.0)).sum(axis=1), np.sqrt(variance)
+
+    def _covariance(self, sd: Values, there: NDArray[np.bool_]) -> Values:
+        """Return the covariance of the errors, (n, 3, 3). Missing estimates correlate with none."""
+        both, first, second = self.correlations
+        shared = np.array([[1.0, both, first], [both, 1.0, second], [first, second, 1.0]])
+        sd = np.where(there, sd, 1.0)
+        is_pair = (there[:, :, None] & there[:, None, :]) | np.eye(3, dtype=bool)
+        return np.asarray(shared * is_pair * sd[:, :, None] * sd[:, None, :])
 
     def sharpen(
         self, values: Values, spreads: Values, gaps: Values, first: tuple[Values, Values, Values]
@@ -329,10 +336,6 @@ class GraspLaw(Record, frozen=True, kw_only=True):
         )
         return value, low, high
 
-    def _matrix(self) -> Values:
-        both, first, second = self.correlations
-        return np.array([[1.0, both, first], [both, 1.0, second], [first, second, 1.0]])
-
     @classmethod
     def measure(cls, values: Values, spreads: Values, gaps: Values, truth: Values) -> Self:
         """Measure the law on pinches of known Shore A: estimates and spreads of shape (n, 3)."""
@@ -342,21 +345,21 @@ class GraspLaw(Record, frozen=True, kw_only=True):
         late = gaps - gaps.mean()
         drift = float(late @ errors[:, 1] / (late @ late))
         errors[:, 1] -= drift * late
-        scaled = errors[:, :2] / spreads[:, :2]
-        scales = np.sqrt(np.mean(scaled**2, axis=0))
         softer = float(errors[:, 2].mean())
         errors[:, 2] -= softer
-        variance = float(np.mean(errors[:, 2] ** 2 - spreads[:, 2] ** 2))
-        structure = float(np.sqrt(max(variance, 0.0)))
-        unit = np.column_stack([scaled / scales, errors[:, 2] / np.hypot(spreads[:, 2], structure)])
-        unit /= np.sqrt(np.mean(unit**2, axis=0))
-        shared = unit.T @ unit / len(unit)
+        first, second, squeeze = np.sqrt(np.mean(errors**2, axis=0)).tolist()
+        scales = np.sqrt(np.mean((errors[:, :2] / spreads[:, :2]) ** 2, axis=0)).tolist()
+        shared = np.mean(errors[:, :, None] * errors[:, None, :], axis=0)
+        sd = np.sqrt(np.diag(shared))
+        shared /= sd[:, None] * sd
+        on_blocks = float(np.mean(spreads[:, 2] ** 2))
         law = cls(
             drift=drift,
             usual_gap=float(gaps.mean()),
-            scales=(float(scales[0]), float(scales[1]), 1.0),
+            errors=(first, second),
+            scales=(scales[0], scales[1]),
             softer=softer,
-            structure=structure,
+            structure=float(np.sqrt(max(squeeze**2 - on_blocks, 0.0))),
             correlations=(float(shared[0, 1]), float(shared[0, 2]), float(shared[1, 2])),
         )
         values = law.corrected(values, gaps)

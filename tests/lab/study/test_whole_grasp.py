@@ -47,7 +47,8 @@ def test_a_law_of_known_errors_is_measured_and_averages_better_than_each(
     law = GraspLaw.measure(values, spreads, GAPS, TRUTH)
     assert law.drift == pytest.approx(drift, rel=0.15)
     assert law.softer == pytest.approx(-softer, abs=0.5)
-    assert law.scales[:2] == pytest.approx((2.0, 1.0), rel=0.05)
+    assert law.errors == pytest.approx((4.0, 6.0), rel=0.05)
+    assert law.scales == pytest.approx((2.0, 1.0), rel=0.05)
     assert np.hypot(law.structure, 3.0) == pytest.approx(8.0, rel=0.05)
     assert law.correlations == pytest.approx((0.5, 0.0, 0.0), abs=0.06)
     first = values[:, 0], values[:, 0] - 6.6, values[:, 0] + 6.6
@@ -120,6 +121,8 @@ def test_each_method_is_scored_when_it_has_an_estimate() -> None:
     assert f"{RANDOM} {FIRST[0]} rmse" not in scores["squeeze"]
     # The twin's network is better than a guess, and the stall of the hand is calibrated on blocks.
     assert 3 < scores["sharpened"][f"{EVERYDAY} {SQUEEZES[-1]} rmse"] < 16
+    # Spreads of the second finger's estimates have the size of its errors.
+    assert 0.6 < results.law.scales[1] < 3
     assert made.figures[0].image.startswith("data:image/svg+xml")
     everyday, random = PART.made_tables(made.results)
     assert len(everyday.lines) == len(random.lines) == 14

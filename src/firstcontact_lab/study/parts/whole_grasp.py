@@ -88,7 +88,7 @@ class _Estimates:
         out = np.full((2, len(self.gaps), 3), np.nan)
         out[..., 0] = self.first[min(place, len(FIRST) - 1), :2]
         is_there = 1e3 * (self.gaps + SECOND) <= ms
-        out[..., 1] = np.where(is_there, self.second[0], np.nan)
+        out[..., 1] = np.where(is_there, self.second, np.nan)
         if ms in SQUEEZES:
             out[..., 2] = (self.exact if exact else self.squeeze)[SQUEEZES.index(ms)]
         return out[0], out[1]
@@ -222,7 +222,7 @@ WHOLE_GRASP = Field.optional("whole_grasp", WholeGrasp)
 def time_figure(results: WholeGrasp) -> Figure:
     """Return the figure of error against time after the first contact."""
     drawn = {
-        "first": ("o--", FIRST),
+        "fingers": ("o--", TIMES),
         "sharpened": ("o-", TIMES),
         "squeeze": ("s-", SQUEEZES),
         "exact": ("s:", SQUEEZES),

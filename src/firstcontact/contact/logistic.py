@@ -73,7 +73,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest score before the first contact, and the highest soon after it."""
+        """Return the highest score of a window before the first contact, and soon after it."""
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):

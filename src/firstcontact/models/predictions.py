@@ -122,7 +122,7 @@ class Predictions(Drawable):
             column[row] = number
 
     def take(self, rows: NDArray[Any]) -> Predictions:
-        """Return some predictions (positions or a boolean mask). Their ``contacts`` are empty."""
+        """Return the predictions in these rows (positions or a boolean mask), without contacts."""
         return _of_columns([column[rows] for column in self.columns], ())
 
 

@@ -69,11 +69,11 @@ class DriveReference:
         return self._drive.force if self.command is None else self.command.force
 
     def speed(self, sample: int) -> float:
-        """Return the aimed speed in the sampling interval that ends with this sample, m/s."""
+        """Return the speed to reach in the sampling interval that ends with this sample, m/s."""
         return float(self.speeds(sample - 1, 1)[0])
 
     def speeds(self, sample: int, intervals: int) -> NDArray[np.float64]:
-        """Return the aimed speed in the next ``intervals`` sampling intervals, m/s."""
+        """Return the speed to reach in each of the next ``intervals`` sampling intervals, m/s."""
         change = self._end - self._begin
         elapsed = sample - self._since
         rate = self._drive.acceleration / FINGERTIP_RATE

@@ -209,7 +209,7 @@ def _block_scores(
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:
-    """Return the error of the default window estimator on pinches with a whole window, or None."""
+    """Return the error of the default window estimator, which needs a whole window; or None."""
     name = ESTIMATORS.default
     if (name, UNSEEN) not in subject.predictions:
         return None

@@ -1,8 +1,45 @@
-/* Python module of the chain, with the functions that a detector needs for its training. */
+/* Python module of the chain, with images, and the functions that a detector needs for its training. */
 #include "extension.h"
+
+#include <string.h>
 
 /* Memory for work, one call at a time. Threads of musl have a stack of only 128 KB. */
 static double room[FC_WINDOW_MOST];
+
+static void free_image(PyObject *capsule)
+{
+    PyMem_Free(PyCapsule_GetPointer(capsule, IMAGE));
+}
+
+/* image(bytes): check an image. ValueError says what is wrong with it. */
+static PyObject *make_image(PyObject *self, PyObject *object)
+{
+    char *bytes;
+    Py_ssize_t n;
+    (void)self;
+    if (PyBytes_AsStringAndSize(object, &bytes, &n) < 0)
+        return NULL;
+    held_image *const held = PyMem_Malloc(sizeof *held + (size_t)n + sizeof(double));
+    if (held == NULL)
+        return PyErr_NoMemory();
+    memcpy(held->bytes, bytes, (size_t)n);
+    const char *const fault = fc_image_read((const uint8_t *)held->bytes, (size_t)n, &held->image);
+    PyObject *const capsule = fault == NULL ? PyCapsule_New(held, IMAGE, free_image) : refuse(fault);
+    if (capsule == NULL)
+        PyMem_Free(held);
+    return capsule;
+}
+
+/* memory(image, channels): bytes of work memory of a chain */
+static PyObject *memory(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    (void)self;
+    if (!has(n, 2))
+        return NULL;
+    const held_image *const held = PyCapsule_GetPointer(args[0], IMAGE);
+    const fc_stream stream = {.channels = (int32_t)PyLong_AsLong(args[1])};
+    return PyErr_Occurred() ? NULL : PyLong_FromSize_t(fc_chain_bytes(&held->image, &stream));
+}
 
 /* fit_predictions(quiet, samples, out): quiet (n, samples), in sigmas. out (n, FC_ORDER + 1). */
 static PyObject *fit_predictions(PyObject *self, PyObject *const *args, Py_ssize_t n)
@@ -62,7 +99,9 @@ static PyObject *look_features(PyObject *self, PyObject *const *args, Py_ssize_t
     Py_RETURN_NONE;
 }
 
-static PyMethodDef DETECTOR_FUNCTIONS[] = {
+static PyMethodDef OWN_FUNCTIONS[] = {
+    {"image", make_image, METH_O, "Check and hold an image of a model."},
+    {"memory", FAST(memory), METH_FASTCALL, "Return the bytes of work memory of a chain."},
     {"fit_predictions", FAST(fit_predictions), METH_FASTCALL, "Write linear predictions."},
     {"look_features", FAST(look_features), METH_FASTCALL, "Write the features of looks."},
     {NULL, NULL, 0, NULL},
@@ -76,4 +115,4 @@ static int add_functions(PyObject *module)
 
 static PyModuleDef_Slot SLOTS[] = {{Py_mod_exec, (void *)add_functions}, {0, NULL}};
 
-COMPILED_MODULE("The chain: samples in, events out.", DETECTOR_FUNCTIONS, SLOTS)
+COMPILED_MODULE("The chain: samples in, events out.", OWN_FUNCTIONS, SLOTS)

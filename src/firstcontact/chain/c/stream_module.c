@@ -1,4 +1,4 @@
-/* Images and chains of the Python module: samples in, events out. */
+/* Chains of the Python module: samples in, events out. */
 #include "extension.h"
 
 #include <math.h>
@@ -23,30 +23,6 @@ typedef struct {
     long long epoch;
     double memory[];
 } held_chain;
-
-static void free_image(PyObject *capsule)
-{
-    PyMem_Free(PyCapsule_GetPointer(capsule, IMAGE));
-}
-
-/* image(bytes): check an image. ValueError says what is wrong with it. */
-static PyObject *make_image(PyObject *self, PyObject *object)
-{
-    char *bytes;
-    Py_ssize_t n;
-    (void)self;
-    if (PyBytes_AsStringAndSize(object, &bytes, &n) < 0)
-        return NULL;
-    held_image *const held = PyMem_Malloc(sizeof *held + (size_t)n + sizeof(double));
-    if (held == NULL)
-        return PyErr_NoMemory();
-    memcpy(held->bytes, bytes, (size_t)n);
-    const char *const fault = fc_image_read((const uint8_t *)held->bytes, (size_t)n, &held->image);
-    PyObject *const capsule = fault == NULL ? PyCapsule_New(held, IMAGE, free_image) : refuse(fault);
-    if (capsule == NULL)
-        PyMem_Free(held);
-    return capsule;
-}
 
 static void append(PyObject *list, PyObject *item)
 {
@@ -175,6 +151,55 @@ static bool fetch_functions(PyObject *tuple, PyObject **functions)
     return true;
 }
 
+/* The arrays that a chain is made from. */
+enum { FINGERS, ALPHA, FLOORS, COLUMNS, OFFSET, SCALE, ARRAYS };
+
+/* Return NULL, or why the arrays do not fit together. */
+static const char *misfit(const fc_image *image, PyObject *const *functions, const Py_buffer *of,
+                          Py_ssize_t width)
+{
+    const Py_ssize_t channels = of[FINGERS].len / 4, floors = of[FLOORS].len / 8;
+    const Py_ssize_t columns = of[COLUMNS].len / 4;
+    const int32_t *const column = of[COLUMNS].buf;
+    if (channels < 1 || channels > FC_CHANNELS_MOST)
+        return "a chain has 1 to 6 vibration channels";
+    bool fits = columns >= channels && columns - channels <= FC_TAXELS_MOST
+                && (floors == 0 || floors == channels);
+    for (Py_ssize_t k = 0; k < columns; k++)
+        fits = fits && column[k] >= 0 && column[k] < width;
+    if (image->model.kind == FC_MODEL_PROGRAM)
+        fits = fits && functions[PREDICT] != Py_None;
+    if (image->detector->kind == FC_DETECTOR_PROGRAM)
+        fits = fits && functions[SETTLED] != Py_None && functions[JUDGE] != Py_None;
+    return fits ? NULL : "the columns of the chain do not fit together";
+}
+
+/* Return a capsule with a new chain. */
+static PyObject *new_chain(PyObject *capsule, const fc_image *image, const fc_stream *stream,
+                           const Py_buffer *of, Py_ssize_t width, bool is_traced, bool predicts)
+{
+    held_chain *const h = PyMem_Calloc(1, sizeof *h + fc_chain_bytes(image, stream));
+    if (h == NULL)
+        return PyErr_NoMemory();
+    h->image = Py_NewRef(capsule);
+    h->is_traced = is_traced;
+    h->width = width;
+    memcpy(h->columns, of[COLUMNS].buf, (size_t)of[COLUMNS].len);
+    memcpy(h->offset, of[OFFSET].buf, (size_t)of[OFFSET].len);
+    memcpy(h->scale, of[SCALE].buf, (size_t)of[SCALE].len);
+    const fc_program program = {
+        h, on_event, is_traced ? on_window : NULL, NULL, predicts ? on_predict : NULL,
+        {on_settled, on_judge, h},
+    };
+    fc_chain_init(&h->chain, image, stream, &program, h->memory);
+    PyObject *const made = PyCapsule_New(h, STREAM, free_chain);
+    if (made == NULL) {
+        Py_DECREF(h->image);
+        PyMem_Free(h);
+    }
+    return made;
+}
+
 /* chain(image, fingers, alpha, floors, columns, offset, scale, width, is_by_hand,
    keeps_first_state, is_traced, functions)
 
@@ -182,88 +207,41 @@ static bool fetch_functions(PyObject *tuple, PyObject **functions)
    then taxels. functions: settled, judge, predict and contact, each None if later calls have none. */
 static PyObject *make_chain(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
-    Py_buffer views[6];
+    Py_buffer of[ARRAYS];
+    PyObject *functions[FUNCTIONS], *made = NULL;
     int held = 0;
-    fc_stream stream = {0};
     (void)self;
-    PyObject *functions[FUNCTIONS];
     if (!has(n, 12) || !fetch_functions(args[11], functions))
         return NULL;
-    held_image *const image = PyCapsule_GetPointer(args[0], IMAGE);
-    if (image == NULL || !array_get(args[1], views, I32, false))
-        return NULL;
-    held = 1;
-    const Py_ssize_t channels = views[0].len / 4;
-    if (channels < 1 || channels > FC_CHANNELS_MOST) {
-        refuse("a chain has 1 to 6 vibration channels");
-        goto failed;
-    }
-    if (!array_take(args[2], views + 1, channels, F64, false))
-        goto failed;
-    held = 2;
-    if (!array_get(args[3], views + 2, F64, false))
-        goto failed;
-    held = 3;
-    if (!array_get(args[4], views + 3, I32, false))
-        goto failed;
-    held = 4;
-    const Py_ssize_t columns = views[3].len / 4;
-    if (!array_take(args[5], views + 4, columns, F64, false))
-        goto failed;
-    held = 5;
-    if (!array_take(args[6], views + 5, columns, F64, false))
-        goto failed;
-    held = 6;
+    const held_image *const image = PyCapsule_GetPointer(args[0], IMAGE);
     const Py_ssize_t width = PyLong_AsSsize_t(args[7]);
-    const int flags[3] = {PyObject_IsTrue(args[8]), PyObject_IsTrue(args[9]), PyObject_IsTrue(args[10])};
-    if (PyErr_Occurred())
-        goto failed;
-    const Py_ssize_t floors = views[2].len / 8;
-    bool fits = columns >= channels && columns - channels <= FC_TAXELS_MOST
-                && (floors == 0 || floors == channels);
-    for (Py_ssize_t k = 0; k < columns; k++)
-        fits = fits && ((const int32_t *)views[3].buf)[k] >= 0 && ((const int32_t *)views[3].buf)[k] < width;
-    if (image->image.model.kind == FC_MODEL_PROGRAM)
-        fits = fits && functions[PREDICT] != Py_None;
-    if (image->image.detector->kind == FC_DETECTOR_PROGRAM)
-        fits = fits && functions[SETTLED] != Py_None && functions[JUDGE] != Py_None;
-    if (!fits) {
-        refuse("the columns of the chain do not fit together");
-        goto failed;
+    const int is_by_hand = PyObject_IsTrue(args[8]), keeps_first_state = PyObject_IsTrue(args[9]);
+    const int is_traced = PyObject_IsTrue(args[10]);
+    if (!PyErr_Occurred() && array_get(args[1], of + FINGERS, I32, false) && ++held
+        && array_take(args[2], of + ALPHA, of[FINGERS].len / 4, F64, false) && ++held
+        && array_get(args[3], of + FLOORS, F64, false) && ++held
+        && array_get(args[4], of + COLUMNS, I32, false) && ++held
+        && array_take(args[5], of + OFFSET, of[COLUMNS].len / 4, F64, false) && ++held
+        && array_take(args[6], of + SCALE, of[COLUMNS].len / 4, F64, false) && ++held) {
+        const char *const fault = misfit(&image->image, functions, of, width);
+        if (fault == NULL) {
+            fc_stream stream = {0};
+            stream.channels = (int32_t)(of[FINGERS].len / 4);
+            stream.taxels = (int32_t)(of[COLUMNS].len / 4) - stream.channels;
+            memcpy(stream.finger, of[FINGERS].buf, (size_t)of[FINGERS].len);
+            memcpy(stream.alpha, of[ALPHA].buf, (size_t)of[ALPHA].len);
+            memcpy(stream.floors, of[FLOORS].buf, (size_t)of[FLOORS].len);
+            stream.has_floors = of[FLOORS].len > 0;
+            stream.is_by_hand = is_by_hand;
+            stream.keeps_first_state = keeps_first_state;
+            made = new_chain(args[0], &image->image, &stream, of, width, is_traced,
+                             functions[PREDICT] != Py_None);
+        } else {
+            refuse(fault);
+        }
     }
-    stream.channels = (int32_t)channels;
-    stream.taxels = (int32_t)(columns - channels);
-    memcpy(stream.finger, views[0].buf, (size_t)views[0].len);
-    memcpy(stream.alpha, views[1].buf, (size_t)views[1].len);
-    memcpy(stream.floors, views[2].buf, (size_t)views[2].len);
-    stream.has_floors = floors > 0;
-    stream.is_by_hand = flags[0];
-    stream.keeps_first_state = flags[1];
-    held_chain *const h = PyMem_Calloc(1, sizeof *h + fc_chain_bytes(&image->image, &stream));
-    if (h == NULL) {
-        PyErr_NoMemory();
-        goto failed;
-    }
-    h->image = Py_NewRef(args[0]);
-    h->is_traced = flags[2];
-    h->width = width;
-    memcpy(h->columns, views[3].buf, (size_t)views[3].len);
-    memcpy(h->offset, views[4].buf, (size_t)views[4].len);
-    memcpy(h->scale, views[5].buf, (size_t)views[5].len);
-    const fc_program program = {
-        h, on_event, h->is_traced ? on_window : NULL, NULL,
-        functions[PREDICT] != Py_None ? on_predict : NULL,
-        {on_settled, on_judge, h},
-    };
-    fc_chain_init(&h->chain, &image->image, &stream, &program, h->memory);
-    release(views, held);
-    PyObject *const capsule = PyCapsule_New(h, STREAM, free_chain);
-    if (capsule == NULL)
-        PyMem_Free(h);
-    return capsule;
-failed:
-    release(views, held);
-    return NULL;
+    release(of, held);
+    return made;
 }
 
 static double number_at(const void *data, enum kind kind, Py_ssize_t k)
@@ -402,24 +380,11 @@ static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
                          "is_confirmed", c->is_confirmed, "runs", c->is_open);
 }
 
-/* memory(image, channels): bytes of work memory of a chain */
-static PyObject *memory(PyObject *self, PyObject *const *args, Py_ssize_t n)
-{
-    (void)self;
-    if (!has(n, 2))
-        return NULL;
-    const held_image *const held = PyCapsule_GetPointer(args[0], IMAGE);
-    const fc_stream stream = {.channels = (int32_t)PyLong_AsLong(args[1])};
-    return PyErr_Occurred() ? NULL : PyLong_FromSize_t(fc_chain_bytes(&held->image, &stream));
-}
-
 PyMethodDef STREAM_FUNCTIONS[] = {
-    {"image", make_image, METH_O, "Check and hold an image of a model."},
     {"chain", FAST(make_chain), METH_FASTCALL, "Return a chain."},
     {"take", FAST(take), METH_FASTCALL, "Process samples and return their events."},
     {"finish", FAST(finish), METH_FASTCALL, "End the stream and return its events."},
     {"hint", FAST(hint), METH_FASTCALL, "Set closing speed and radius."},
-    {"memory", FAST(memory), METH_FASTCALL, "Return the bytes of work memory of a chain."},
     {"state", FAST(state), METH_FASTCALL, "Return the state of a chain."},
     {NULL, NULL, 0, NULL},
 };

@@ -64,7 +64,6 @@ def test_its_example_compiles_against_the_stub(
 
 def test_its_main_loop_finds_the_contact_and_predicts(library: Path, tmp_path: Path) -> None:
     command = re.search(r"`(cc .*)`", (library / "README.md").read_text(encoding="utf-8"))
-    assert command is not None
     subprocess.run(f"{command[1]} -Wall -Wextra -Werror", shell=True, cwd=library, check=True)
     pinch = sample("paper-rig")[0]
     lines = "\n".join(f"{index:.6f} {thumb:.6f}" for index, thumb in pinch.vibration())

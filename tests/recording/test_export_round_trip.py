@@ -24,13 +24,7 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.recording import (
-    EXPORTERS,
-    Header,
-    export,
-    load_dataset,
-    write_dataset,
-)
+from firstcontact.recording import EXPORTERS, Header, export, load_dataset, write_dataset
 from firstcontact.recording.dataset import pause_between
 from firstcontact.recording.settings import LAYOUT
 

@@ -11,13 +11,7 @@ from hypothesis import strategies as st
 
 from firstcontact import import_recordings
 from firstcontact.core import Contact, Dataset, Finger, InputError, Label, Pinch, Role
-from firstcontact.recording import (
-    Header,
-    PinchMark,
-    RecordingWriter,
-    load_dataset,
-    write_dataset,
-)
+from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, write_dataset
 from firstcontact.recording.dataset import pause_between
 
 

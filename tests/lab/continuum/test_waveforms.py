@@ -1,7 +1,5 @@
 """Files of touches that others computed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

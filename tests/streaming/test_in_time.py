@@ -16,9 +16,8 @@ from firstcontact.models import WindowPredictor
 from firstcontact.models.anytime import PredictorLadder
 from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.streaming import PinchDone, Pipeline
-from firstcontact.streaming._delays import delay_cause
 from firstcontact.streaming.json_lines import json_line
-from firstcontact.streaming.ledger import Ledger, ledger_lines
+from firstcontact.streaming.ledger import Ledger, delay_cause, ledger_lines
 from firstcontact.streaming.text import pinch_line
 
 RATE = DESCRIPTOR.layout.rate

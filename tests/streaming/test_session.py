@@ -266,14 +266,14 @@ def test_a_shape_that_a_viewer_tells_holds_for_one_object(
     with ReplaySource(recorded, float("inf")) as source:
         pipeline = Pipeline(LAYOUT, detector, anytime)
         session = LiveSession(source, pipeline, shape="flat")
-        assert pipeline.radius == np.inf
+        assert pipeline.translator.radius == np.inf
         assert session.set_shape("40") == "radius 40 mm"
-        assert pipeline.radius == pytest.approx(0.04)
+        assert pipeline.translator.radius == pytest.approx(0.04)
         session.new_object()
-        assert pipeline.radius == np.inf
+        assert pipeline.translator.radius == np.inf
         with pytest.raises(InputError, match="egg"):
             session.set_shape("egg")
-        assert pipeline.radius == np.inf
+        assert pipeline.translator.radius == np.inf
         with pytest.raises(InputError):
             LiveSession(source, Pipeline(LAYOUT, detector), shape="flat")
 

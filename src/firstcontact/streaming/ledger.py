@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +15,8 @@ from firstcontact.core import Estimate
 from firstcontact.core.text import percent
 from firstcontact.streaming.events import PinchDone, Verdict
 
+#: The Linux kernel's times of the calling thread, ns: running, and ready but without a processor.
+_TIMES = Path("/proc/thread-self/schedstat")
 #: Number of pinches that the statistics cover, the newest ones.
 KEPT = 10_000
 #: Number of closings without any contact that cannot all be false.
@@ -173,3 +179,39 @@ def _verdict_lines(figures: Mapping[str, float]) -> Iterator[str]:
         yield f"the hand used it: {used:.0f} of {figures['pinches']:.0f} pinches{share}"
     if unheard := figures["unheard"]:
         yield f"in {unheard:.0f} of these pinches no second contact was detected"
+
+
+def processor_wait() -> float:
+    """Return how long this thread was ready, but without a processor, s; NaN if unknown."""
+    with suppress(OSError, ValueError, IndexError):
+        return 1e-9 * int(_TIMES.read_bytes().split()[1])
+    return math.nan
+
+
+def delay_cause(first: Estimate, offset: float | None, queued: float, stalled: float) -> str:
+    """Return the reason why the first estimate came too late, or "" if a delay was not the reason.
+
+    ``offset`` is the time from the first to the second contact, ``queued`` the wait for a
+    processor, and ``stalled`` the time in which the thread did not run for any reason, s.
+    """
+    delay = first.waited + first.transport + first.compute
+    if offset is None or not first.available - delay < offset <= first.available:
+        return ""
+    here = max(stalled, 0.0 if math.isnan(queued) else queued)
+    load, processors = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0, os.cpu_count() or 1
+    if queued >= 0.5 * here or load > processors:
+        held = "this computer is busy: the program could not run for {:.1f} ms"
+    elif math.isnan(queued):
+        held = "the program could not run for {:.1f} ms; this system does not report why"
+    else:
+        held = "the page, a recording or another output held the program up for {:.1f} ms"
+    causes = (
+        (here, held),
+        (first.compute - here, "computing the estimate took {:.1f} ms on this computer"),
+        (first.transport - here, "the device delivered its samples {:.1f} ms late"),
+        (first.waited, "the device sends such long blocks that samples waited {:.1f} ms"),
+    )
+    seconds, sentence = max(causes)
+    # A simulated device is late on a busy computer, too.
+    crowd = f" (this computer: load {load:.1f}, {processors} processors)"
+    return sentence.format(1e3 * seconds) + (crowd if load > processors else "")

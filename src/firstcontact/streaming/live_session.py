@@ -33,11 +33,12 @@ from firstcontact.grasp.hand import Begins
 from firstcontact.grasp.registry import find_hand
 from firstcontact.models import Model, load_model
 from firstcontact.models.anytime import Predictor
-from firstcontact.streaming._pipeline import MeasureSpeed, Pipeline
+from firstcontact.streaming._pipeline import Pipeline
 from firstcontact.streaming.events import Event
 from firstcontact.streaming.grasping import Grasping
 from firstcontact.streaming.hand_plan import HandPlan
 from firstcontact.streaming.session import LiveSession
+from firstcontact.streaming.translator import MeasureSpeed
 from firstcontact.streaming.twin import default_model
 
 _log = logging.getLogger("firstcontact.streaming")
@@ -121,7 +122,7 @@ def live_session(
             if isinstance(source, ReplaySource):
                 pipeline.follow(source.recording)
             grasping = plan.hand.open(stack, used_source, choice.predictor, real_time=real_time)
-            pipeline.measure_speed = _speed_measurement(used_source, grasping)
+            pipeline.translator.measure_speed = _speed_measurement(used_source, grasping)
             yield LiveSession(
                 used_source,
                 pipeline,
@@ -172,7 +173,7 @@ def _pipeline(opened: Source, source: Source, choice: _Choice, *, real_time: boo
         resettles=opened.descriptor.predictor is None,
     )
     if choice.model is not None and choice.predictor is not None:
-        pipeline.is_foreign = choice.model.is_foreign(layout)
+        pipeline.translator.is_foreign = choice.model.is_foreign(layout)
     name = "none" if choice.predictor is None else choice.predictor.name
     _log.info("live at %g Hz: detector %s, predictor %s", layout.rate, pipeline.detector, name)
     return pipeline

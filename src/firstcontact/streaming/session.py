@@ -190,7 +190,8 @@ class LiveSession:
             while not new and now < until:
                 new = self.source.read(0.0, self._least)
                 polled, now = now, time.monotonic()
-                self.pipeline.poll_gap = max(self.pipeline.poll_gap, now - polled)
+                translator = self.pipeline.translator
+                translator.poll_gap = max(translator.poll_gap, now - polled)
             if new:
                 return new
         return self.source.read(WAIT, self._least)
@@ -201,7 +202,7 @@ class LiveSession:
     def new_object(self) -> None:
         """Begin a new object with the next pinch: estimates are averaged from there on."""
         self._objects.new_object()
-        self.pipeline.radius = parse_radius(self._shape)
+        self.pipeline.translator.radius = parse_radius(self._shape)
 
     @property
     def quantity(self) -> Quantity:
@@ -220,8 +221,8 @@ class LiveSession:
             raise InputError(
                 "this model cannot use an object's shape: leave the shape out, or use the network"
             )
-        self.pipeline.radius = parse_radius(text)
-        return radius_text(self.pipeline.radius)
+        self.pipeline.translator.radius = parse_radius(text)
+        return radius_text(self.pipeline.translator.radius)
 
     def hand_asks(self) -> tuple[Ask, ...]:
         return () if self._requests is None else self._requests.allowed

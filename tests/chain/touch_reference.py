@@ -37,6 +37,7 @@ def predict(
     value, spread = network(m, rig.terms[stage], inputs(after, rig.level, found, hint))
     if rig.process is not None:
         value, spread = mixed(value, spread, *regressed(rig.process, found, hint, stage))
+        value -= float(rig.process.offset[stage])
     half, value = spread * m.factors[stage], value
     shown = bounded(value, 0.0, 100.0)
     low, high = (bounded(shown + side * half, 0.0, 100.0) for side in (-1, 1))

@@ -23,7 +23,7 @@ from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 
 Array = NDArray[Any]
 #: Version of the format. It increases when older programs cannot read new images.
-VERSION = 3
+VERSION = 4
 #: Longest description of a model, bytes.
 TEXT_MOST = 300
 #: Vibration channels of a chain.
@@ -112,8 +112,9 @@ class ProcessConstants:
     weights: Array
     #: Inverse of the Cholesky factor of the covariance, lower triangular.
     factor: Array
-    #: Factor on the spread, shape (stages,).
+    #: Factor on the spread, and offset that is subtracted from averages, shape (stages,) each.
     scale: Array
+    offset: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -412,6 +413,7 @@ def _put_rig(w: ArrayWriter, r: RigConstants) -> None:
             process.weights,
             process.factor[:, rows, columns],
             process.scale[:, None],
+            process.offset[:, None],
         ]
         w.put(np.concatenate(parts, axis=1), "f4")
 

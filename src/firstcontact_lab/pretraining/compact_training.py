@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 
 import numpy as np
 import torch
@@ -47,23 +48,30 @@ Outputs = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 
 
 def compacted(
-    full: Full,
+    teachers: Sequence[Full],
     examples: Examples,
     seed: int,
     steps: int = STEPS,
     directions: Mapping[str, int] = DIRECTIONS,
     progress: Callable[[int, float], object] = lambda step, loss: None,
 ) -> ContextNetwork:
-    lots = _Lots(full, examples)
+    """Return a compact network that predicts as the mean of the teachers' distributions."""
+    sources = [_Lots(teacher, examples) for teacher in teachers]
     compact = _TorchCompact(directions)
-    compact.begin_as(full.network, lots.draw(np.random.default_rng([seed, 0])))
+    first = sources[0].draw(np.random.default_rng([seed, 0]))
+    compact.begin_as(teachers[0].network, first)
     optimizer = torch.optim.AdamW(compact.parameters(), RATE, weight_decay=0.0)
     step, number = 0, 0
     while step < steps:
         number += 1
         rng = np.random.default_rng([seed, number])
-        lot, losses = lots.draw(rng), []
-        points, weights = _targets(full.network, lot)
+        # All teachers see the same contacts with the same placement and hints.
+        lots = [source.draw(deepcopy(rng)) for source in sources]
+        lot, losses = lots[0], []
+        targets = [
+            _targets(teacher.network, seen) for teacher, seen in zip(teachers, lots, strict=True)
+        ]
+        points, weights = (torch.cat(parts, 1) for parts in zip(*targets, strict=True))
         order = np.concatenate([rng.permutation(len(points)) for _ in range(PASSES)])
         for start in range(0, max(len(order) - BATCH, 0) + 1, BATCH):
             if step == steps:
@@ -72,7 +80,7 @@ def compacted(
             for group in optimizer.param_groups:
                 group["lr"] = RATE * rate_share(step / steps)
             outputs = compact(*(part[rows] for part in lot[:-1]))
-            loss = expected_loss(outputs, points[rows], weights[rows])
+            loss = expected_loss(outputs, points[rows], weights[rows] / len(teachers))
             optimizer.zero_grad()
             torch.autograd.backward(loss)
             nn.utils.clip_grad_norm_(compact.parameters(), 1.0)
@@ -80,7 +88,7 @@ def compacted(
             losses.append(float(loss.item()))
             step += 1
         progress(step, float(np.mean(losses)))
-    return ContextNetwork(compact.arrays(full))
+    return ContextNetwork(compact.arrays(teachers[0]))
 
 
 def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:

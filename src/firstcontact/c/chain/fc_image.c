@@ -195,7 +195,7 @@ static const char *read_rig(cursor *c, const fc_model *m, fc_rig *r)
         r->reference = floats(c, FC_LINES);
     if (n > 0)
         r->processes = (const uint8_t *)floats(
-            c, (int64_t)m->stages * (2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 1));
+            c, (int64_t)m->stages * (2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 2));
     return c->is_cut ? CUT : NULL;
 }
 

@@ -18,7 +18,7 @@ extern "C" {
 #include "fc_touch.h"
 
 enum {
-    FC_IMAGE_VERSION = 3,
+    FC_IMAGE_VERSION = 4,
     FC_IMAGE_TEXT = 300,    /* longest description, bytes */
     FC_CAPACITY_MOST = 1 << 20 /* samples in memory */
 };

@@ -177,11 +177,11 @@ void fc_touch_inputs(const fc_touch *t, int32_t n, float *x, double *traits)
 /* Return the arrays of the process at a stage. `n` is the number of pinches. */
 static fc_process process_at(const fc_rig *rig, int32_t stage)
 {
-    const int32_t n = rig->pinches, count = 2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 1;
+    const int32_t n = rig->pinches, count = 2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 2;
     const float *const at = (const float *)(const void *)rig->processes + stage * count;
     const fc_process p = {
         at, at + FC_KNOWN, at + 2 * FC_KNOWN, at + 2 * FC_KNOWN + FC_KNOWN * n,
-        at + 2 * FC_KNOWN + FC_KNOWN * n + n, at[count - 1],
+        at + 2 * FC_KNOWN + FC_KNOWN * n + n, at[count - 2], at[count - 1],
     };
     return p;
 }
@@ -228,7 +228,8 @@ void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, 
     *spread = t->rig->unit * sqrt((left > 0.0 ? left : 0.0) + FC_NOISE) * p.scale;
 }
 
-/* Average a prediction with that of the regression, weighted by the inverse variances. */
+/* Average a prediction with that of the regression, weighted by the inverse variances, and subtract
+ * the rig's offset. */
 static void refine(const fc_touch *t, int32_t stage, const double *traits, double *value,
                    double *spread)
 {
@@ -237,7 +238,7 @@ static void refine(const fc_touch *t, int32_t stage, const double *traits, doubl
     const double share = own * own / (own * own + *spread * *spread);
     const double variance = share * *spread * *spread + (1.0 - share) * own * own;
     const double apart = *value - other;
-    *value = share * *value + (1.0 - share) * other;
+    *value = share * *value + (1.0 - share) * other - process_at(t->rig, stage).offset;
     *spread = sqrt(variance + share * (1.0 - share) * apart * apart);
 }
 

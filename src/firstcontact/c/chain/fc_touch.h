@@ -67,6 +67,7 @@ typedef struct {
     const float *weights;     /* (n,) */
     const float *factor;      /* rows of the inverse Cholesky factor, lower triangle */
     double scale;             /* factor on the spread */
+    double offset;            /* Shore A by which the average reads blocks too hard */
 } fc_process;
 
 /* Rig that a model is conditioned on. */

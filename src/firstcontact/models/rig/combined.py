@@ -39,7 +39,9 @@ def average_with_regressions(
     for finger, (rig, members) in rigs.items():
         members = members[balanced_choice(shore_a[members], MOST_PINCHES, seed)]
         inputs = _stage_inputs(base.conditioned_on({Rig.ANY: rig}), touches.take(members))
-        regressions[finger] = RigRegression(inputs, shore_a[members], scale)
+        regressions[finger] = RigRegression(
+            inputs, shore_a[members], scale, np.zeros(len(Rig.STAGES))
+        )
     network = base.conditioned_on({finger: rig for finger, (rig, _) in rigs.items()})
     return network.with_regressions(regressions, base.mixed)
 
@@ -69,7 +71,9 @@ def adapt_combined(
         return replace(adapted, notes=("no pinch can be held out: the network predicts alone",))
     check = held_out.check(base.level, touches.rate)
     average = condition(touches, shore_a).widened(check.scales)
-    model = adapted.model.with_regressions(average.regressions, average.factors)
+    offset = held_out.offset(shore_a, touches.rate)
+    shifted = {finger: r.shifted(offset) for finger, r in average.regressions.items()}
+    model = adapted.model.with_regressions(shifted, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
 

@@ -337,7 +337,11 @@ class RigRegression:
     """
 
     def __init__(
-        self, inputs: NDArray[np.float64], shore_a: Values, scale: NDArray[np.float64]
+        self,
+        inputs: NDArray[np.float64],
+        shore_a: Values,
+        scale: NDArray[np.float64],
+        offset: NDArray[np.float64],
     ) -> None:
         n = len(shore_a)
         if not 2 <= n <= MOST_PINCHES or not (scale > 0).all():
@@ -347,7 +351,8 @@ class RigRegression:
             )
         largest = touch_constants().largest
         inputs = np.clip(inputs, -largest, largest)
-        self._inputs, self._shore_a, self._scale = inputs, shore_a, scale
+        self._inputs, self._shore_a = inputs, shore_a
+        self._scale, self._offset = scale, offset
 
     def chain_constants(self) -> ProcessConstants:
         """Return the constants with which the C chain predicts by this regression."""
@@ -373,15 +378,25 @@ class RigRegression:
             weights=weights[..., 0],
             factor=factor,
             scale=self._scale,
+            offset=self._offset,
         )
 
+    def shifted(self, offset: NDArray[np.float64]) -> RigRegression:
+        """Return a copy; ``offset`` (Shore A, shape (stages,)) is subtracted from averages."""
+        return RigRegression(self._inputs, self._shore_a, self._scale, offset)
+
     def to_arrays(self) -> Arrays:
-        return {"inputs": self._inputs, "shore_a": self._shore_a, "scale": self._scale}
+        arrays = {"inputs": self._inputs, "shore_a": self._shore_a}
+        return arrays | {"scale": self._scale, "offset": self._offset}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], prefix: str) -> Self:
         """Restore the regression from the arrays whose names begin with ``prefix``."""
         shore_a = take_array(arrays, prefix + "shore_a", None).astype(np.float64)
         inputs = take_array(arrays, prefix + "inputs", len(Rig.STAGES), len(shore_a), WIDTH)
-        scale = take_array(arrays, prefix + "scale", len(Rig.STAGES)).astype(np.float64)
-        return cls(inputs.astype(np.float64), shore_a, scale)
+        stages = len(Rig.STAGES)
+        scale = take_array(arrays, prefix + "scale", stages).astype(np.float64)
+        offset = np.zeros(stages)  # of older files
+        if prefix + "offset" in arrays:
+            offset = take_array(arrays, prefix + "offset", stages).astype(np.float64)
+        return cls(inputs.astype(np.float64), shore_a, scale, offset)

@@ -78,7 +78,7 @@ def draw_batch(
         )
         general[~has_context] = 0.0
     radii = np.where(examples.radii[indices] > MOST / 1000, np.inf, radii)
-    signals_after = cut(volts(examples.signals[indices]), placing(rng, n))
+    signals_after = cut(volts(examples.signals[indices]), placing(rng, examples.has_strips[rig]))
     # The chain takes the signal before a contact, too. No input of the network depends on it.
     signals = np.pad(signals_after, ((0, 0), (_LEAST_BEFORE, 0)))
     hints = facts(speed, alike, radii)

@@ -40,6 +40,8 @@ from firstcontact_lab.rigs import (
 #: for the detectors on the twin.
 MARGIN = 8
 PLACED = (2.0, 1.2)
+#: The same for contacts that a copper strip finds, as on one rig in ``STRIPPED``.
+STRIP, STRIPPED = (0.0, 0.5), 4
 #: Range of the number of block pinches of each Shore A level in a context, without its upper end.
 CONTEXT = (4, 20)
 #: Number of random objects to predict, and number of pinches of each object and of each block.
@@ -67,6 +69,7 @@ class Examples:
     levels: NDArray[np.intp]
     general: NDArray[np.float32]
     scale: Values
+    has_strips: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.signals)
@@ -83,9 +86,10 @@ def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
     return signals.astype(np.float32) * np.float32(ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
 
 
-def placing(rng: Rng, n: int) -> NDArray[np.intp]:
-    """Return random delays with which a detector places contacts, in samples, shape (n,)."""
-    drawn = np.round(rng.normal(*PLACED, n)).astype(np.intp)
+def placing(rng: Rng, has_strips: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return random delays of contacts, in samples, as a strip or a detector places them."""
+    mean, deviation = np.where(has_strips[:, None], STRIP, PLACED).T
+    drawn = np.round(mean + deviation * rng.standard_normal(len(mean))).astype(np.intp)
     return np.clip(drawn, -MARGIN, MARGIN)
 
 
@@ -99,6 +103,7 @@ class _Drawn:
     objects: list[RandomObject]
     numbers: NDArray[np.intp]
     speeds: Values
+    has_strips: bool
     rng: Rng
 
 
@@ -114,7 +119,7 @@ def labelled_touches(
     d = _drawn(number, seed, family, 0)
     is_object = d.numbers >= 0
     shore_a = np.array([specimen.shore_a for specimen in d.objects])
-    blocks, objects = (_touches(s, d.rng) for s in (d.context[0], d.signals[is_object]))
+    blocks, objects = (_touches(d, signals) for signals in (d.context[0], d.signals[is_object]))
     radii = np.array([specimen.parameters.radius for specimen in d.objects])[is_object]
     flat = np.where(radii > MOST / 1000, np.inf, np.nan)
     blocks = replace(blocks, radii=np.full(len(blocks), np.inf))
@@ -149,7 +154,14 @@ def _drawn(number: int, seed: int, family_name: str, again: int) -> _Drawn:
             numbers.append(object_number)
             speeds.append(speed)
     return _Drawn(
-        context, levels, np.array(signals), objects, np.array(numbers), np.array(speeds), rng
+        context,
+        levels,
+        np.array(signals),
+        objects,
+        np.array(numbers),
+        np.array(speeds),
+        number % STRIPPED == 0,
+        rng,
     )
 
 
@@ -184,10 +196,11 @@ def _context(
     return (np.array(signals), np.array(speeds)), np.array(levels)
 
 
-def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
-    cut, valid = [], []
+def _touches(d: _Drawn, signals: NDArray[np.int16]) -> Touches:
+    cut, valid, rng = [], [], d.rng
     shortest, longest = Touches.lengths(_RATE)
-    for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
+    places = placing(rng, np.full(len(signals), d.has_strips))
+    for signal, late in zip(volts(signals), places, strict=True):
         signal_cut = Touches.cut_signal(signal, _BEFORE + MARGIN + int(late), _RATE)
         if signal_cut is None:  # the signal is constant
             signal_cut = np.zeros(_BEFORE + _AFTER, np.float32)
@@ -205,11 +218,11 @@ def _example_set(d: _Drawn) -> Examples:
     general = np.zeros((1, CONTEXTS, Rig.GENERAL), np.float32)
     scale = np.zeros((1, CONTEXTS, 2))
     heard = np.zeros((n, CONTEXTS, HINTS), np.float32)
-    queries = _touches(d.signals, rng)
+    queries = _touches(d, d.signals)
     sounds = spectra(queries.signals, _RATE)
     for place in range(CONTEXTS):
         rows = _subset(shore_a, 1.0 if place == 0 else float(rng.uniform(0.2, 0.8)), rng)
-        rig = Rig.fit(_touches(blocks[rows], rng), shore_a[rows])
+        rig = Rig.fit(_touches(d, blocks[rows]), shore_a[rows])
         count = rig.tokens.shape[1]
         tokens[0, place, :, :count] = rig.tokens
         levels[0, place] = count
@@ -230,6 +243,7 @@ def _example_set(d: _Drawn) -> Examples:
         levels=levels,
         general=general,
         scale=scale,
+        has_strips=np.array([d.has_strips]),
     )
 
 
@@ -266,7 +280,7 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
 
 #: Version of examples and trainings, raised when rigs, objects, stored values or batches change.
 #: Older files are not used.
-DRAWN = 3
+DRAWN = 4
 RIGS_PER_FILE = 50
 
 

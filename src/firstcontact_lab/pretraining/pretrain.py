@@ -12,7 +12,7 @@ import torch
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.jobs import Runner
+from firstcontact.jobs import Runner, Serial
 from firstcontact.models import Model, Touches
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.rig.rig_model import RigModel
@@ -28,7 +28,7 @@ from firstcontact_lab.pretraining.calibration import (
 )
 from firstcontact_lab.pretraining.compact_training import STEPS, compacted
 from firstcontact_lab.pretraining.examples import DRAWN, example_set
-from firstcontact_lab.pretraining.training import Training
+from firstcontact_lab.pretraining.training import Full, Training
 from firstcontact_lab.rigs import FAMILIES
 
 #: First rig numbers for training, calibration, judgement and held-out families.
@@ -36,6 +36,8 @@ TRAINED, CALIBRATED, JUDGED, HELD_OUT = 0, 1_000_000, 2_000_000, 3_000_000
 #: First rig numbers of sets with repeated pinches of each object, for calibrating the shared error
 #: and for judging it.
 AGAIN, AGAIN_JUDGED = 4_000_000, 5_000_000
+#: Distance between the seeds of two teachers.
+APART = 1000
 #: Samples after the contact at which the network is judged: 3, 5, 8 and 15 ms.
 SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in Touches.SCORED_MS[1:]}
 
@@ -48,8 +50,9 @@ class Size:
     held_out: int = 50
     epochs: int = 45
     steps: int = STEPS
+    teachers: int = 4
 
-    def resized(self, rigs: int, epochs: int) -> Size:
+    def resized(self, rigs: int, epochs: int, teachers: int) -> Size:
         share = min(1.0, rigs / self.rigs)
         return Size(
             rigs,
@@ -58,22 +61,27 @@ class Size:
             max(5, round(share * self.held_out)),
             epochs,
             max(200, round(share * self.steps)),
+            teachers,
         )
 
 
 def pretrain(
     out: Path, work: Path, size: Size, seed: int, runner: Runner, say: Callable[[str], object]
 ) -> RigModel:
-    """Pre-train the network, or resume a stopped pre-training."""
+    """Pre-train the network, or resume a stopped pre-training.
+
+    Several full networks (teachers) are trained with other random numbers on the same rigs. The
+    compact network learns the mean of their distributions, so it depends less on the luck of one.
+    """
     torch.set_num_threads(1)  # the number of threads decides the last bits of sums
     examples = example_set(work, TRAINED, size.rigs, seed, runner)
     say(f"{size.rigs} rigs, {len(examples)} contacts for training")
-    state = work / f"training-v{DRAWN}-{seed}-{size.rigs}-{size.epochs}.pt"
-    full = Training(examples, size.epochs, seed, state).run(
-        lambda epoch, loss: say(f"epoch {epoch} of {size.epochs}: loss {loss:.3f}")
-    )
+    teachers = []
+    for number, full in enumerate(runner.stream(_teacher, range(size.teachers), work, size, seed)):
+        say(f"network {number + 1} of {size.teachers} is trained")
+        teachers.append(full)
     network = compacted(
-        full,
+        teachers,
         examples,
         seed,
         size.steps,
@@ -83,10 +91,21 @@ def pretrain(
     model = finished(network, calibration, seed)
     model = calibrated(model, range(CALIBRATED, CALIBRATED + size.calibration), seed, runner)
     scores = all_scores(model, work, size, seed, runner)
-    trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
+    trained = (
+        f"{size.rigs} random simulated rigs, {size.epochs} epochs, {size.teachers} teachers, "
+        f"seed {seed}"
+    )
     record = TrainingRecord(scores=scores, training={"trained": trained, "size": asdict(size)})
     Model(predictors=(model.with_record(record),)).write(out)
     return model
+
+
+def _teacher(number: int, work: Path, size: Size, seed: int) -> Full:
+    """Train one full network, or resume its training. The files of the examples must exist."""
+    torch.set_num_threads(1)
+    examples = example_set(work, TRAINED, size.rigs, seed, Serial())
+    state = work / f"training-v{DRAWN}-{seed}-{size.rigs}-{size.epochs}-{number}.pt"
+    return Training(examples, size.epochs, seed + APART * number, state).run()
 
 
 def all_scores(

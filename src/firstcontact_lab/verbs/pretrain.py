@@ -23,6 +23,8 @@ class Pretrain:
     """Number of simulated rigs to train on."""
     epochs: int = 45
     """Number of passes over the contacts of the rigs."""
+    teachers: int = 4
+    """Number of networks from whose mean the one of the model learns."""
     seed: int = 1
     """Random seed; on one machine it determines the weights."""
     workers: int = 0
@@ -33,13 +35,13 @@ class Pretrain:
         from firstcontact.jobs import parallel, worker_count
         from firstcontact.models.training_plan import check_seed
 
-        if self.rigs < 10 or self.epochs < 1:
-            raise ArgumentError("--rigs must be 10 or more, and --epochs 1 or more")
+        if self.rigs < 10 or min(self.epochs, self.teachers) < 1:
+            raise ArgumentError("--rigs must be 10 or more, --epochs and --teachers 1 or more")
         check_seed(self.seed)
         require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain
 
-        size = Size().resized(self.rigs, self.epochs)
+        size = Size().resized(self.rigs, self.epochs, self.teachers)
         with parallel(worker_count(self.workers)) as runner:
             model = pretrain(self.out, self.work, size, self.seed, runner, print)
         print(f"{model.kind}: {self.out}")

@@ -147,7 +147,7 @@ def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> 
     from firstcontact_lab.pretraining.compact_training import compacted
 
     full = training(examples, 2, SEED, tmp_path / "t").run()
-    model = finished(compacted(full, examples, SEED, 3), examples, SEED)
+    model = finished(compacted([full], examples, SEED, 3), examples, SEED)
     objects = examples.object_ids >= 0
     for samples in (Rig.STAGES[0], Rig.STAGES[5], Rig.STAGES[-1]):
         values, spreads = answers(model, examples, samples, SEED)
@@ -175,11 +175,13 @@ def full() -> Full:
     return Full(TorchNetwork(), input_scales(three_rigs(), 0))
 
 
-def compacted(steps: int = 0, directions: dict[str, int] | None = None) -> ContextNetwork:
+def compacted(
+    steps: int = 0, directions: dict[str, int] | None = None, teachers: int = 1
+) -> ContextNetwork:
     from firstcontact_lab.pretraining import compact_training
 
     directions = directions or dict(compact_training.DIRECTIONS)
-    return compact_training.compacted(full(), three_rigs(), 1, steps, directions)
+    return compact_training.compacted([full()] * teachers, three_rigs(), 1, steps, directions)
 
 
 def test_sums_of_integers_fit_in_32_bits() -> None:
@@ -233,6 +235,12 @@ def test_equal_seeds_give_equal_weights() -> None:
     one, other = compacted(3).to_arrays(), compacted(3).to_arrays()
     assert one.keys() == other.keys()
     assert all(np.array_equal(one[name], other[name]) for name in one)
+
+
+def test_two_equal_teachers_teach_as_one() -> None:
+    one, two = compacted(3).to_arrays(), compacted(3, teachers=2).to_arrays()
+    for name in ("answer.bias", "answer.weight", "term.weight"):
+        assert two[name] == pytest.approx(one[name], abs=1e-4), name
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5, 0.9, 1.0])

@@ -119,7 +119,7 @@ def _rig(rng: np.random.Generator, finger: int, pinches: int) -> RigConstants:
         weights=rng.normal(0.0, 0.2, (stages, pinches)),
         factor=np.tril(rng.normal(0.0, 0.1, (stages, pinches, pinches))),
         scale=rng.uniform(0.8, 1.5, stages),
-        offset=rng.normal(0.0, 2.0, stages),
+        offset=np.linspace(-2.0, 2.0, stages),
     )  # fmt: skip
     has_pitch = finger != 1
     return RigConstants(

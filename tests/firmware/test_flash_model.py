@@ -25,7 +25,7 @@ from firstcontact.models.model import shipped_model
 from firstcontact.testing import closings
 
 #: Version of the images that the firmware reads.
-FORMAT = 3
+FORMAT = 4
 #: First bytes of a slot that holds a model.
 MAGIC = b"1CFS"
 

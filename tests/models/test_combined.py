@@ -1,6 +1,7 @@
 """Network averaged with a regression on the rig's own pinches."""
 
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +12,12 @@ import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig.combined import CombinedEstimator, adapt_combined
-from firstcontact.models.rig.network_estimator import Adapted, adapt_network
+from firstcontact.models.rig.network_estimator import Adapted, HeldOut, adapt_network
 from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.rig.rigs import Rig
+from firstcontact.models.touches import Touches
 from firstcontact.models.training import LabelledTouches
+from firstcontact.models.values import Values
 from firstcontact.recording import load_dataset
 from trainings import recordings
 
@@ -42,6 +45,54 @@ def adapted(labelled: LabelledTouches) -> Adapted:
 def model(adapted: Adapted) -> RigModel:
     assert adapted.model.regressions
     return adapted.model
+
+
+def held_out(error: Callable[[Values], Values], levels: Sequence[float]) -> tuple[HeldOut, Values]:
+    """Return errors at each scored time of four pinches of each level, and their Shore A."""
+    shore_a = np.repeat(np.array(levels), 4)
+    errors = error(shore_a)
+    each = np.tile(errors, (len(Touches.SCORED_MS), 1))
+    return HeldOut(errors, each, errors, np.abs(each), np.arange(len(shore_a))), shore_a
+
+
+BLOCKS = 10.0, 20.0, 29.0, 43.0, 60.0
+
+
+@pytest.mark.parametrize(
+    ("error", "levels", "least", "most"),
+    [
+        (lambda y: np.full_like(y, 4.0), BLOCKS, 2.0, 4.0),
+        (lambda y: np.full_like(y, -4.0), BLOCKS, -4.0, -2.0),
+        (lambda y: -0.3 * (y - 40), BLOCKS, -1e-9, 1e-9),  # drawn to the middle: no bias
+        (lambda y: 8.0 * np.sign(np.sin(7 * y)), BLOCKS, -0.5, 0.5),  # no line fits
+        (lambda y: np.full_like(y, 4.0), BLOCKS[:3], 0.0, 0.0),  # too few levels
+    ],
+)
+def test_the_bias_on_own_blocks_is_subtracted_as_far_as_it_is_sure(
+    error: Callable[[Values], Values], levels: Sequence[float], least: float, most: float
+) -> None:
+    errors, shore_a = held_out(error, levels)
+    offset = errors.offset(shore_a, RigModel.rate)
+    assert (offset >= least).all()
+    assert (offset <= most).all()
+
+
+def test_an_offset_shifts_predictions_and_comes_back_from_files(
+    model: RigModel, labelled: LabelledTouches
+) -> None:
+    flat = {f: r.shifted(np.zeros(len(Rig.STAGES))) for f, r in model.regressions.items()}
+    moved = {f: r.shifted(np.full(len(Rig.STAGES), 1.5)) for f, r in model.regressions.items()}
+    usual, shifted = (model.with_regressions(rs, model.factors) for rs in (flat, moved))
+    before, after = (m.predict_touches(labelled.touches) for m in (usual, shifted))
+    inside = (before.value > 2.0) & (before.value < 99.0)
+    assert inside.sum() > 20
+    np.testing.assert_allclose(after.value[inside], before.value[inside] - 1.5, atol=1e-5)
+    np.testing.assert_array_equal(after.spread, before.spread)
+    arrays = shifted.to_arrays()
+    for kept in (arrays, {k: v for k, v in arrays.items() if not k.endswith(".offset")}):
+        read = RigModel.from_arrays(kept, shifted.level).predict_touches(labelled.touches)
+        expected = after if kept is arrays else before
+        np.testing.assert_allclose(read.value, expected.value, atol=1e-5)
 
 
 def test_far_from_the_rigs_pinches_the_network_counts_more(

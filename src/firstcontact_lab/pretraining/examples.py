@@ -90,7 +90,8 @@ def placing(rng: Rng, has_strips: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Return random delays of contacts, in samples, as a strip or a detector places them."""
     mean, deviation = np.where(has_strips[:, None], STRIP, PLACED).T
     drawn = np.round(mean + deviation * rng.standard_normal(len(mean))).astype(np.intp)
-    return np.clip(drawn, -MARGIN, MARGIN)
+    out: NDArray[np.intp] = np.clip(drawn, -MARGIN, MARGIN)
+    return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)

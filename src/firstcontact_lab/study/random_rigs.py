@@ -38,6 +38,8 @@ Values = NDArray[np.float64]
 #: Delay of placed contacts in samples, mean and standard deviation: twice as variable as in the
 #: training of the network. No delay is longer than ``MARGIN``.
 DELAY, MARGIN = (3.0, 2.5), 12
+#: The same for contacts that are all placed alike, and for those that copper strips find.
+ALIKE, STRIPS = (3.0, 0.0), (0.0, 0.5)
 LABEL = 2.0
 #: Number of pinches of each block, and number of sessions. Rigs use the pairs in turn.
 CONTEXTS = (6, 3), (12, 4), (20, 6)
@@ -194,18 +196,18 @@ def judged_rig(
     seed: int,
     *,
     free_speed: bool = False,
-    is_exact: bool = False,
+    delay: tuple[float, float] = DELAY,
     is_quiet: bool = False,
 ) -> JudgedRig:
     """Simulate one rig of a family, and return its labelled contacts.
 
-    Options change nothing else of the rig: all contacts are placed with the same delay
-    (``is_exact``), or the rig's own noise is a tenth, without clicks (``is_quiet``).
+    Options change nothing else of the rig: mean and standard deviation of the delay with which
+    contacts are placed, in samples (``delay``), or the rig's own noise is a tenth, without clicks
+    (``is_quiet``).
     """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
     rig = family.rig(draw_rig(rng), rng)
-    delay = (DELAY[0], 0.0) if is_exact else DELAY
     change = _SIGNALS[name](rng) if name in _SIGNALS else None
     pinches = []
 

@@ -22,7 +22,15 @@ from firstcontact_lab.study.parts.random_rigs import (
     measure,
 )
 from firstcontact_lab.study.parts.random_rigs import measure_speed as measure_speeds
-from firstcontact_lab.study.random_rigs import BLOCK, EVERYDAY, FREE_SPEED, OWN, RANDOM, judged_rig
+from firstcontact_lab.study.random_rigs import (
+    ALIKE,
+    BLOCK,
+    EVERYDAY,
+    FREE_SPEED,
+    OWN,
+    RANDOM,
+    judged_rig,
+)
 
 
 @pytest.mark.parametrize("name", ["gearbox", "compressive", "several"])
@@ -44,7 +52,8 @@ def test_no_session_or_object_is_both_learned_and_scored() -> None:
 
 def test_a_rig_that_is_placed_alike_or_quiet_differs_in_nothing_else() -> None:
     rig = judged_rig("linear_pad", 0, 4)
-    alike, quiet = (judged_rig("linear_pad", 0, 4, **{o: True}) for o in ("is_exact", "is_quiet"))
+    alike = judged_rig("linear_pad", 0, 4, delay=ALIKE)
+    quiet = judged_rig("linear_pad", 0, 4, is_quiet=True)
     # A few contacts end before the first estimate with one delay, and not with the other.
     drawn, again = (
         set(zip(one.objects, one.shore_a, one.speeds, strict=True)) for one in (rig, alike)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.models.rig.network_estimator import (
+    MIDDLE,
     Adapted,
     NetworkEstimator,
     adapt_network,
@@ -75,7 +76,11 @@ def adapt_combined(
     shifted = {finger: r.shifted(offset) for finger, r in average.regressions.items()}
     model = adapted.model.with_regressions(shifted, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
-    return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
+    note = (
+        f"held-out blocks at {MIDDLE:g} Shore A are read too hard by {offset.min():+.1f} to "
+        f"{offset.max():+.1f}, depending on the time: this is subtracted from all predictions"
+    )
+    return Adapted(model, scores, root_mean_square(held_out.from_mean), check, (note,))
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from firstcontact.models.model_file import pretrained
 from firstcontact.models.predictions import combine
 from firstcontact.models.rig.combined import adapt_combined
 from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult
@@ -25,10 +26,12 @@ from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 from firstcontact_lab.study.random_rigs import (
+    ALIKE,
     BLOCK,
     EVERYDAY,
     OWN,
     RANDOM,
+    STRIPS,
     STRUCTURES,
     JudgedRig,
     RigScores,
@@ -71,8 +74,9 @@ METHODS = {
     "combined": "Average of both",
     "combined_radius": "Average, radius known",
     "combined_told": "Average, radius and speed (± 3 %) known",
-    "combined_plain": "Average, intervals of the network",
+    "combined_plain": "Average, without the rig's offset",
     "combined_exact": "Average, all contacts placed alike",
+    "combined_strips": "Average, contacts of copper strips",
     "combined_quiet": "Average, a tenth of the rig's noise",
 }
 
@@ -99,10 +103,12 @@ def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
     """Return errors, coverages and widths of all methods on one rig, (methods, ``KEYS``)."""
     rig = judged_rig(*job, seed)
     told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
-    exact, quiet = judged_rig(*job, seed, is_exact=True), judged_rig(*job, seed, is_quiet=True)
+    exact, strips = (judged_rig(*job, seed, delay=delay) for delay in (ALIKE, STRIPS))
+    quiet = judged_rig(*job, seed, is_quiet=True)
     predictions = {name: (rig, predict) for name, predict in _predictions(rig).items()} | {
         "combined_told": (told, _timed(_adapted(told), told.radii)),
         "combined_exact": (exact, _timed(_adapted(exact))),
+        "combined_strips": (strips, _timed(_adapted(strips))),
         "combined_quiet": (quiet, _timed(_adapted(quiet))),
     }
     return [_scores(*predictions[name]) for name in METHODS]
@@ -144,8 +150,10 @@ def _windows(ladder: LadderModel) -> Predict:
 
 
 def _predictions(rig: JudgedRig) -> dict[str, Predict]:
-    pinches, base, combined = _block_pinches(rig), pretrained(), _adapted(rig)
+    pinches, combined = _block_pinches(rig), _adapted(rig)
     network = combined.network_alone()
+    none = np.zeros(len(Rig.STAGES))
+    unshifted = {finger: r.shifted(none) for finger, r in combined.regressions.items()}
 
     def regression(touches: Touches, ms: int) -> Predicted:
         value, _ = combined.regress(touches.until(samples_in(1e-3 * ms, touches.rate)))
@@ -158,7 +166,7 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
         "regression": regression,
         "combined": _timed(combined),
         "combined_radius": _timed(combined, rig.radii),
-        "combined_plain": _timed(combined.widened(base.factors / base.mixed)),
+        "combined_plain": _timed(combined.with_regressions(unshifted, combined.factors)),
     }
 
 

@@ -178,7 +178,7 @@ def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
         tokens = examples.tokens[0, 0, :, : examples.levels[0, 0]]
         rig = Rig(level, sign, None, None, tokens, examples.general[0, 0])
         signals = volts(examples.signals)
-        late = placing(np.random.default_rng([SEED, number]), len(signals))
+        late = placing(np.random.default_rng([SEED, number]), np.zeros(len(signals), np.bool_))
         lead = signals[:, MARGIN : MARGIN + _BEFORE]
         segment = np.concatenate([lead, cut(signals, late)], axis=1)
         made.append((rig, cut_touches(list(segment))))

@@ -188,7 +188,7 @@ class HeldOut:
         left = np.square(means - line @ fitted).sum(axis=0) / (len(levels) - 2)
         variance = np.maximum(left, LEAST_VARIANCE) * np.linalg.inv(line.T @ line)[0, 0]
         out: NDArray[np.float64] = np.interp(
-            Rig.STAGES, Rig.scored_stages(rate), fitted[0] / (1.0 + variance / BIAS**2)
+            Rig.STAGES, Rig.stages_at_scored_times(rate), fitted[0] / (1.0 + variance / BIAS**2)
         )
         return out
 

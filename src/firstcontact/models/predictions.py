@@ -143,7 +143,7 @@ def _of_columns(columns: list[Any], contacts: Sequence[Contact | None]) -> Predi
 #: the contribution of specimen, label, session and rig. Measured by ``firstcontact pretrain`` on
 #: random rigs outside the training, with 5 pinches of each object in one session ("same object" in
 #: the network's card): 0.90 at 3 to 15 ms.
-SHARED = 0.90
+SHARED = 0.89
 
 
 @dataclass(frozen=True, slots=True)

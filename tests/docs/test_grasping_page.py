@@ -39,8 +39,8 @@ def test_sizes_and_seeds(household: Household) -> None:
 def test_gain(household: Household) -> None:
     fewer, closings, label = household.fewer, household.closings, household.fewer["label"]
     assert (percent(household.target), household.met) == (35, False)
-    assert [percent(v) for v in (fewer[OURS].value, label.value, label.low)] == [47, 65, 3]
-    assert [percent(closings[name].success) for name in (OURS, BLIND)] == [81, 75]
+    assert [percent(v) for v in (fewer[OURS].value, label.value, label.low)] == [52, 65, 3]
+    assert [percent(closings[name].success) for name in (OURS, BLIND)] == [83, 75]
     noisy = [fewer[f"label_rmse_{rmse}"] for rmse in (3, 5, 10)]
     assert all(n.low < label.value < n.high for n in noisy), "nothing that could be told"
     assert household.drops_at_10_damage["weight"] < 0.005
@@ -55,10 +55,11 @@ def test_what_is_held_and_what_it_costs(household: Household) -> None:
     assert not any(by_object[name].drops[OURS] for name in (*held, "soup can"))
     mustard = by_object["mustard bottle, full"]
     assert min(mustard.drops[BLIND], mustard.drops[OURS]) > 0.8
-    assert by_object["paper cup, 0.2 l in it"].drops[OURS] == 1
+    cup = by_object["paper cup, 0.2 l in it"]
+    assert round(cup.n * cup.drops[OURS]) == 3
     damaged = [by_object[n] for n in ("cracker", "quail egg", "blueberry", "raspberry")]
-    assert [round(o.n * o.damage[OURS]) for o in damaged] == [7, 3, 7, 4]
-    assert [round(o.bias or 0.0) for o in damaged[2:]] == [39, 16]
+    assert [round(o.n * o.damage[OURS]) for o in damaged] == [8, 3, 6, 4]
+    assert [round(o.bias or 0.0) for o in damaged[2:]] == [34, 12]
     assert len([o for o in by_object.values() if o.fragile and o.shore_a > FIRMEST]) == 3
 
 
@@ -75,9 +76,11 @@ def test_a_cautious_hand_gains_nothing(household: Household) -> None:
 
 def test_what_a_reflex_leaves(household: Household) -> None:
     quick = household.slip_reflex["gradual, 100 ms"]
-    assert quick.blind.value == quick.fewer.value == 0
-    remaining = [r.fewer for r in household.slip_reflex.values() if r is not quick]
-    assert all(0.3 < f.value < 0.5 for f in remaining)
+    assert (quick.blind.value, percent(quick.stiffness.value)) == (0, 2)
+    abrupt = household.slip_reflex["abrupt, 100 ms"].fewer
+    remaining = [r.fewer for name, r in household.slip_reflex.items() if "300" in name]
+    assert abrupt.value < 0
+    assert all(0.3 < f.value < 0.36 for f in remaining)
     assert all(f.low < 0 for f in remaining)
     for name, table in (
         (baseline(True).name, quick.success.blind),
@@ -90,15 +93,15 @@ def test_estimates_by_object(household: Household) -> None:
     objects = household.by_object.items()
     errors = {name: o.rmse[USED] for name, o in objects if o.shore_a <= FIRMEST}
     nearly, small = (sum(e < most for e in errors.values()) for most in (10, 5))
-    assert (len(errors), small, nearly) == (21, 4, 7)
+    assert (len(errors), small, nearly) == (21, 2, 6)
     biases = [round(o.bias or 0.0) for n, o in objects if errors.get(n, 0.0) >= 10]
-    assert (min(biases), max(biases)) == (10, 39)
+    assert (min(biases), max(biases)) == (9, 34)
     firm = {n: o for n, o in objects if o.shore_a > FIRMEST}
     read = {n: round(o.shore_a + o.bias) for n, o in firm.items() if o.bias is not None}
     crisp = household.by_object["potato crisp"]
-    assert (crisp.answered, read.pop("potato crisp")) == (1, 24)
+    assert (crisp.answered, read.pop("potato crisp")) == (1, 48)
     labels = [o.shore_a for o in firm.values()]
-    assert (min(labels), max(labels), min(read.values()), max(read.values())) == (85, 95, 67, 75)
+    assert (min(labels), max(labels), min(read.values()), max(read.values())) == (85, 95, 65, 74)
 
 
 def test_all_policies_are_named() -> None:

@@ -73,7 +73,7 @@ MAIN = (
 EXCERPTS: Mapping[str, Sequence[tuple[Sequence[int], tuple[str, ...]]]] = {
     "anytime": [((1, 3, 5), ("RMSE", "Coverage")), ((1, 3, 5), ("RMSE",))],
     "random_rigs": [
-        ((1, 2, 5), ("Network", "SVM", "Average of", "Average, radius", "Average, a")),
+        ((1, 2, 4, 5, 6), ("Network", "SVM", "Average")),
         ((3, 4), ("Network", "Average of", "Average, radius and")),
     ],
     "closing_speed": [((1, 2), ("Combined",)), ((1, 2), ("Combined",))],

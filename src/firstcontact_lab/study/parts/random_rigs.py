@@ -86,6 +86,9 @@ class RandomRigs(Record, frozen=True, kw_only=True):
     rigs: int
     families: list[str]
     methods: dict[str, RigScores]
+    #: Share of the average's 90 % intervals at ``MIDDLE`` that hold the truth, by family, over
+    #: everyday and random objects.
+    held: dict[str, float]
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
@@ -95,7 +98,11 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     rows = np.array(runner.map(_scores_of_rig, jobs, SEED))
     (scores,) = rig_scores(rows[:, None], KEYS, settings.seed)
     methods = dict(zip(METHODS, scores, strict=True))
-    results = RandomRigs(seed=SEED, rigs=rigs, families=names, methods=methods)
+    places = [KEYS.index(f"{use} coverage") for use in (EVERYDAY, RANDOM)]
+    shares = rows[:, list(METHODS).index("combined"), places].mean(axis=1)
+    of_family = np.array([name for name, _ in jobs])
+    held = {name: round(float(shares[of_family == name].mean()), 3) for name in names}
+    results = RandomRigs(seed=SEED, rigs=rigs, families=names, methods=methods, held=held)
     return PartResult([RANDOM_RIGS(results)])
 
 

@@ -9,6 +9,7 @@ import os
 import runpy
 import subprocess
 import sys
+import types
 import warnings
 from multiprocessing import forkserver
 from multiprocessing.reduction import DupFd
@@ -177,4 +178,6 @@ def _program(
         runpy.run_path(words[0], run_name="__main__")
     else:
         sys.path.insert(0, "")
-        exec(compile(words[0], "<code>", "exec"), {"__name__": "__main__"})
+        # Dataclasses look the names of their annotations up in the module of the class.
+        module = sys.modules["__main__"] = types.ModuleType("__main__")
+        exec(compile(words[0], "<code>", "exec"), module.__dict__)

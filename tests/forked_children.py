@@ -56,6 +56,7 @@ class _Fork(subprocess.Popen[bytes]):
         with warnings.catch_warnings():
             # Other threads hold no lock that the child takes. Python 3.12 warns of them.
             warnings.simplefilter("ignore", DeprecationWarning)
+            sys.stdout.flush()  # or the child writes what this process has printed, too
             self.pid = os.fork()
         if self.pid == 0:
             _run(args[args.index("-m") + 2 :], pass_fds, p2cread, c2pwrite)

@@ -70,7 +70,7 @@ def test_a_measured_speed_is_used_live_as_offline(
     )
     speed = ClosingSpeed(0.2, 0.01)
     live = pipeline(detector, knowing)
-    live.measure_speed = lambda sample, epoch, host: speed
+    live.translator.measure_speed = lambda sample, epoch, host: speed
     finished = [e for e in run(live, cut_frames(fresh)) if isinstance(e, PinchDone)]
     unmeasured = [
         e for e in run(pipeline(detector, knowing), cut_frames(fresh)) if isinstance(e, PinchDone)
@@ -129,7 +129,7 @@ def test_a_shape_is_the_models_input_from_the_next_contact_on(
     live = pipeline(detector, anytime)
     first, second = as_blocks(fresh.take([0, 1]))
     events = list(live.update(first, 0.0))
-    live.radius = np.inf
+    live.translator.radius = np.inf
     events += list(live.update(second, 0.0)) + live.finish()
     finished_pinch = [e for e in events if isinstance(e, PinchDone)]
     for entry, pinch, radius in zip(
@@ -156,7 +156,7 @@ def test_a_speed_that_no_estimate_needs_is_asked_for_afterwards(
         seen.append(sum(isinstance(e, ContactEvent) and e.first for e in events))
         return speed
 
-    live.measure_speed = measure
+    live.translator.measure_speed = measure
     for block in cut_frames(fresh):
         for event in live.update(block, 0.0):
             events.append(event)

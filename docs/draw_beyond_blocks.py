@@ -1,7 +1,7 @@
 """Draw the pictures of docs/explanation/beyond-blocks.md: ``python docs/draw_beyond_blocks.py``.
 
 The first picture shows pinches that this script simulates. The others show results from
-docs/results (study.json and generalise.json). Pictures without results there stay unchanged.
+docs/results: study.json, generalise.json, whole_grasp.json. Others stay unchanged.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def main() -> None:
     parser.add_argument("--results", type=Path, default=ROOT / "docs/results")
     folder = parser.parse_args().results
     write("waveforms", waveforms())
-    for file in ("study.json", "generalise.json"):
+    for file in ("study.json", "generalise.json", "whole_grasp.json"):
         if not (folder / file).is_file():
             continue
         for name, results in named_subjects(read_study(folder / file)).items():

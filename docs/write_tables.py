@@ -194,6 +194,7 @@ def tables(results: Path) -> dict[str, str]:
         ("random_rigs", "random_rigs"),
         ("closing_speed", "closing_speed"),
         ("continuum", "continuum"),
+        ("whole_grasp", "whole_grasp"),
     ):
         if (results / f"{file}.json").is_file():
             made[name] = part_tables(name, read_subjects(results / f"{file}.json"))
@@ -255,6 +256,7 @@ def main() -> None:
     parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")
     parser.add_argument("--random-rigs", type=Path, help="results.json of that study part")
     parser.add_argument("--closing-speed", type=Path, help="results.json of that study part")
+    parser.add_argument("--whole-grasp", type=Path, help="results.json of that study part")
     parser.add_argument("--continuum", type=Path, help="results.json of `make continuum`")
     parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
     parser.add_argument("--strikes", type=Path, help="results.json of its strikes")
@@ -270,6 +272,7 @@ def main() -> None:
         ("random_rigs", options.random_rigs),
         ("closing_speed", options.closing_speed),
         ("continuum", options.continuum),
+        ("whole_grasp", options.whole_grasp),
         ("real", options.real),
         ("strikes", options.strikes),
         ("grasp", options.grasp),

@@ -124,5 +124,5 @@ def test_each_method_is_scored_when_it_has_an_estimate() -> None:
     assert 0.6 < results.law.scales[1] < 3
     assert made.figures[0].image.startswith("data:image/svg+xml")
     everyday, random = PART.made_tables(made.results)
-    assert len(everyday.lines) == len(random.lines) == 14
+    assert len(everyday.lines) == len(random.lines) == 10
     assert measure(Subject("recordings", Dataset(())), settings, Serial()).results is NOTHING

@@ -258,8 +258,8 @@ _UNITS = {"rmse": "shore", "bias": "bias", "coverage": "share", "width": "shore"
 _LINES = (
     ("first", (2, 5, 15)),
     ("fingers", (100,)),
-    ("squeeze", SQUEEZES),
-    ("sharpened", SQUEEZES),
+    ("squeeze", (SQUEEZES[0], SQUEEZES[-1])),
+    ("sharpened", (SQUEEZES[0], SQUEEZES[-1])),
     ("exact", SQUEEZES[-1:]),
     ("sharpened_exact", SQUEEZES[-1:]),
 )

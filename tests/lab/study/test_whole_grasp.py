@@ -111,6 +111,7 @@ def test_each_method_is_scored_when_it_has_an_estimate() -> None:
     subject = Subject(CONDITIONS["paper-rig"].name, Dataset(()))
     made = measure(subject, settings, Serial())
     results = made.results[WHOLE_GRASP]
+    assert results is not None
     assert list(results.methods) == list(METHODS)
     scores = {name: method.scores for name, method in results.methods.items()}
     for ms in FIRST[:2]:

@@ -33,7 +33,7 @@ def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | N
         definitions |= {"CMSIS": "1", "__GNUC_PYTHON__": "1"}
         source = cmsis / "Source" / "SVMFunctions"
         more += [str(source / f"arm_svm_rbf_{part}_f32.c") for part in ("init", "predict")]
-        more += ["-isystem", str(cmsis / "Include"), "-isystem", str(cmsis / "PrivateInclude")]
+        more += [f"-isystem{cmsis / name}" for name in ("Include", "PrivateInclude")]
         more += ["-Wno-error", "-w"]
     image = building.Program("plain_svm.c", folder, definitions, more).m7(folder / "plain.elf")
     counts = np.frombuffer(building.ask_m7(image, X[:5].tobytes(), folder), np.uint32)

@@ -8,7 +8,7 @@ import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
 from firstcontact.collect.guide import Guide, Item, read_plan
-from firstcontact.collect.session import Screen, run_session, so_far
+from firstcontact.collect.session import Screen, run_session, session_progress
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Finger, InputError, Label, Layout, Role
 from firstcontact.device import Arrival, Descriptor
@@ -146,7 +146,7 @@ class Silent(Screen):
 
 def record(folder, hand, items, session="1"):
     source = MemorySource(arrivals(hand.raw()))
-    progress = so_far(folder, session, source.descriptor)
+    progress = session_progress(folder, session, source.descriptor)
     guide = Guide(LAYOUT, items, session, CALIBRATION, progress.counts)
     header = source.descriptor.header(
         session=session, calibration=CALIBRATION, hand="left hand", notes="a note"
@@ -167,7 +167,7 @@ def test_an_interrupted_session_continues(tmp_path):
     assert screen.objects == [("block 29", 1, 3)]
     # It stopped as soon as all was there.
     assert source.health.samples < len(closings(9, seed=8)[0].raw())
-    progress = so_far(tmp_path, "1", source.descriptor)
+    progress = session_progress(tmp_path, "1", source.descriptor)
     assert progress.counts == Counter({items[0].label("1"): 2, items[1].label("1"): 3})
     dataset = load_dataset(tmp_path)
     assert dataset.notes == ("a note",)
@@ -278,13 +278,13 @@ def test_session_continues_after_an_unreadable_part(tmp_path: Path, length: int)
     damaged = tmp_path / "session-1.mcap"
     content = part(damaged).read_bytes()[:length]
     damaged.write_bytes(content)
-    progress = so_far(tmp_path, "1", DESCRIPTOR)
+    progress = session_progress(tmp_path, "1", DESCRIPTOR)
     assert progress.path == tmp_path / "session-1.part2.mcap"
     assert (progress.files, progress.counts) == ((), {})
     (message,) = progress.unreadable
     assert str(damaged) in message
     part(progress.path)
-    resumed = so_far(tmp_path, "1", DESCRIPTOR)
+    resumed = session_progress(tmp_path, "1", DESCRIPTOR)
     assert resumed.path == tmp_path / "session-1.part3.mcap"
     assert (resumed.files, resumed.counts[LABEL]) == ((progress.path,), 1)
     assert damaged.read_bytes() == content
@@ -298,5 +298,5 @@ def test_session_continues_after_an_unreadable_part(tmp_path: Path, length: int)
 def test_file_of_another_session_is_refused(tmp_path: Path) -> None:
     part(tmp_path / "session-a-b.mcap")
     with pytest.raises(InputError, match=r"session-a-b\.mcap .*'1'") as error:
-        so_far(tmp_path, "a b", DESCRIPTOR)
+        session_progress(tmp_path, "a b", DESCRIPTOR)
     assert error.value.parameter == "session"

@@ -1,5 +1,7 @@
 """Errors say by their class what failed, and untrusted JSON is valid or refused."""
 
+import ast
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -115,3 +117,24 @@ def test_invalid_records_are_refused(text, field):
     assert message.startswith("x.json")
     assert message.endswith(": mend it")
     assert "\n" not in message
+
+
+#: Files that raise InputError itself, for what is no file, device, model or argument: the
+#: installation, a cluster, a terminal, outputs and the code of others.
+PLAIN = {
+    "core/installation.py": 3, "core/registry.py": 1, "jobs/cluster.py": 3,
+    "cli/guided.py": 2, "cli/verbs/__init__.py": 1, "cli/verbs/live.py": 1,
+}  # fmt: skip
+
+
+def test_only_a_few_errors_do_not_say_what_failed() -> None:
+    package = Path(fc.__file__).parent
+    plain = Counter(
+        file.relative_to(package).as_posix()
+        for file in package.rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text("utf-8")))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id == "InputError"
+    )
+    assert plain == PLAIN

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from firstcontact.chain._events import ChainEvent
 from firstcontact.chain.image import Image, chain_extension
-from firstcontact.core import Block, Calibration, ChannelKind, Finger, InputError, Layout
+from firstcontact.core import (
+    ArgumentError,
+    Block,
+    Calibration,
+    ChannelKind,
+    Finger,
+    Layout,
+)
 from firstcontact.core.layout import FINGERTIP_SMOOTHING
 
 #: Speed (m/s; 0 if unknown), its relative error, and the object's radius (m; NaN if unknown).
@@ -89,7 +96,7 @@ class Chain:
         self._module = chain_extension()
         fingers = layout.vibration_fingers
         if not fingers:
-            raise InputError(
+            raise ArgumentError(
                 "the layout has no vibration channel, so contacts cannot be detected: use a "
                 "recording or device with a vibration sensor"
             )

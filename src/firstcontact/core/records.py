@@ -11,7 +11,7 @@ from typing import Annotated, Any, Generic, TypeVar, get_args
 
 import msgspec
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import FileError, InputError
 
 T = TypeVar("T")
 Each = TypeVar("Each")
@@ -29,18 +29,25 @@ Notes = Annotated[str, msgspec.Meta(max_length=100_000)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=(1 << 63) - 1)]
 
 
-def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: int = LONGEST) -> T:
-    """Read JSON as a value of the type ``kind``. Raise InputError for any other content."""
+def read_record(
+    data: bytes,
+    kind: type[T],
+    origin: str,
+    remedy: str,
+    longest: int = LONGEST,
+    error: type[InputError] = FileError,
+) -> T:
+    """Read JSON as a value of the type ``kind``. Raise ``error`` for any other content."""
     if len(data) > longest:
-        raise InputError(f"{origin} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
+        raise error(f"{origin} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
     try:
         return msgspec.json.decode(data, type=kind, dec_hook=decode_by_name)
-    except msgspec.ValidationError as error:
-        raise InputError(f"{origin}: {_sentence(str(error))}: {remedy}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{origin} is not JSON in UTF-8: {remedy}") from error
-    except RecursionError as error:
-        raise InputError(f"{origin} is nested too deeply: {remedy}") from error
+    except msgspec.ValidationError as problem:
+        raise error(f"{origin}: {_sentence(str(problem))}: {remedy}") from problem
+    except (msgspec.DecodeError, UnicodeDecodeError) as problem:
+        raise error(f"{origin} is not JSON in UTF-8: {remedy}") from problem
+    except RecursionError as problem:
+        raise error(f"{origin} is nested too deeply: {remedy}") from problem
 
 
 def _sentence(problem: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import FileError, InputError
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
 
 #: Unit of the signals that the package's own models were trained on.
@@ -98,10 +98,17 @@ def unit_of_name(name: str) -> Unit | None:
     return parse_unit(match[1]) if match else None
 
 
-def fit_unit(origin: str, unit: Unit, values: NDArray[Any], *, is_force: bool = False) -> Unit:
+def fit_unit(
+    origin: str,
+    unit: Unit,
+    values: NDArray[Any],
+    *,
+    is_force: bool = False,
+    error: type[InputError] = FileError,
+) -> Unit:
     """Return the unit of a vibration's or force's numbers, shape (samples, columns).
 
-    Numbers around 0 of a converter with stated bits have no offset. Raise InputError if the numbers
+    Numbers around 0 of a converter with stated bits have no offset. Raise ``error`` if the numbers
     cannot have this unit.
     """
     if not values.size:
@@ -112,7 +119,7 @@ def fit_unit(origin: str, unit: Unit, values: NDArray[Any], *, is_force: bool = 
         largest = unit.scale * (max(-low, high) if is_force else swing)
         most = MOST_FORCE if is_force else MOST_SWING.get(unit.name, np.inf)
         if largest > most:
-            raise InputError(
+            raise error(
                 f"{origin} {'reaches' if is_force else 'swings by'} {largest:g} {unit.name}, but a "
                 f"sensor gives at most {most:g} {unit.name}: {STATE_UNIT}"
             )
@@ -121,13 +128,13 @@ def fit_unit(origin: str, unit: Unit, values: NDArray[Any], *, is_force: bool = 
     if low < 0 and not (is_force or unit.is_assumed) and -top / 2 <= low and high < top / 2:
         return replace(unit, offset=0.0)
     if low < 0 or high >= top:
-        raise InputError(
+        raise error(
             f"{origin} has numbers from {low:g} to {high:g}, but a converter of {unit.bits} bits "
             f"gives 0 to {top - 1}: {STATE_UNIT}"
         )
     rest = float(np.median(values))
     if unit.is_assumed and not is_force and abs(rest - top / 2) > top / 4:
-        raise InputError(
+        raise error(
             f"{origin} rests at {rest:g}, but 'counts' mean a converter of {unit.bits} bits, which "
             f"rests at {top // 2}: {STATE_UNIT}"
         )

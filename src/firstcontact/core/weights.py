@@ -87,7 +87,7 @@ def read_card(
     except OSError as error:
         raise ModelError(f"{path} cannot be read ({error.strerror}): check the file") from None
     remedy = "train again or copy it again"
-    head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
+    head = read_record(text, _Head, str(path), remedy, LONGEST_CARD, ModelError)
     if head.format != expected_format:
         raise ModelError(
             f"{path}: the field 'format' is {head.format!r}, not {expected_format!r}: choose the "
@@ -98,7 +98,7 @@ def read_card(
             f"{path}: the field 'format_version' is {head.format_version}, but this program reads "
             f"{expected_version}: update firstcontact, or train again"
         )
-    return read_record(text, kind, str(path), remedy, LONGEST_CARD)
+    return read_record(text, kind, str(path), remedy, LONGEST_CARD, ModelError)
 
 
 def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:

@@ -210,9 +210,9 @@ class CsvSource(ThreadedSource):
     def _unit_of(self, name: str, values: NDArray[np.float64]) -> Unit:
         """Return a column's unit: the stated one, or else counts of 10 bits if the values fit."""
         if (stated := self._unit or unit_of_name(name)) is not None:
-            return fit_unit(f"column {name} of {self.name}", stated, values)
+            return fit_unit(f"column {name} of {self.name}", stated, values, error=DeviceError)
         try:
-            return fit_unit(name, COUNTS, values)
+            return fit_unit(name, COUNTS, values, error=DeviceError)
         except InputError:
             return Unit("counts")
 

@@ -140,7 +140,9 @@ class Descriptor:
     @classmethod
     def from_text(cls, text: str) -> Self:
         """Create a descriptor from a device's JSON text. Raise InputError if a field is wrong."""
-        fields = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
+        fields = read_record(
+            text.encode(), _DescriptorJson, "the device's descriptor", _FLASH, error=DeviceError
+        )
         fault = fields.layout.fault
         if not fault and fields.source not in SOURCES:
             fault = f"the source {fields.source!r}, not one of {', '.join(SOURCES)}"

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from msgspec import inspect
 
-from firstcontact.core import ChannelKind, Finger, InputError, finger_name
+from firstcontact.core import ArgumentError, ChannelKind, Finger, finger_name
 from firstcontact.core.installation import require_modules
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
@@ -58,7 +58,7 @@ class FoxgloveSink:
                 message_backlog_size=BACKLOG,
             )
         except Exception as error:  # the SDK exports no class of its errors
-            raise InputError(
+            raise ArgumentError(
                 f"Foxglove cannot be served at {address!r} ({error}): give an address and a free "
                 "port, such as 127.0.0.1:8766, or port 0 for any free one"
             ) from error

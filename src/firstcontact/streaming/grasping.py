@@ -12,7 +12,7 @@ from threading import Lock
 import numpy as np
 
 from firstcontact.contact import SlipDetector
-from firstcontact.core import Block, Command, Estimate, InputError, Layout
+from firstcontact.core import Block, Command, DeviceError, Estimate, Layout
 from firstcontact.core.text import counted
 from firstcontact.device.clock import TransportDelay
 from firstcontact.grasp import Hand, Policy, SafeHand
@@ -70,17 +70,17 @@ class HandRequests:
 
     def ask(self, ask: Ask, by: str) -> None:
         if self._over:
-            raise InputError("The session has ended: run the command again")
+            raise DeviceError("The session has ended: run the command again")
         if ask is Ask.OPEN:
             self._open(HandRequest(ask, by))
             return
         if ask not in self.allowed:
-            raise InputError(
+            raise DeviceError(
                 f"The hand {self._name!r} closes by itself, so it cannot be closed "
                 "on request: request only to open it"
             )
         if self.by is not None and not self.opening:
-            raise InputError("The hand is closed already: open it first")
+            raise DeviceError("The hand is closed already: open it first")
         with self._lock:
             if by not in self._gone:
                 self._waiting.append(HandRequest(ask, by))

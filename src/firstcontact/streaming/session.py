@@ -13,11 +13,7 @@ from typing import Any
 
 import msgspec
 
-from firstcontact.core import (
-    Calibration,
-    InputError,
-    merge_blocks,
-)
+from firstcontact.core import ArgumentError, Calibration, ModelError, merge_blocks
 from firstcontact.core.physics import parse_radius, radius_text
 from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.device import Arrival, Source
@@ -218,7 +214,7 @@ class LiveSession:
     def set_shape(self, text: str) -> str:
         """Set the shape of the object from the next contact on. Return it in words, or ""."""
         if not self.uses_shape:
-            raise InputError(
+            raise ModelError(
                 "this model cannot use an object's shape: leave the shape out, or use the network"
             )
         self.pipeline.translator.radius = parse_radius(text)
@@ -230,7 +226,7 @@ class LiveSession:
     def ask_hand(self, ask: Ask, by: str) -> None:
         """Send a request to the hand. Raise InputError if the hand cannot do it."""
         if self._requests is None:
-            raise InputError("This session drives no hand: start the command again with --hand")
+            raise ArgumentError("This session drives no hand: start the command again with --hand")
         self._requests.ask(ask, by)
 
     def hand_gone(self, by: str) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.options import Condition, Option, choice, devices
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.core import InputError
+from firstcontact.core import FileError, InputError
 from firstcontact.core.installation import load_compiled
 from firstcontact.device import open_source
 from firstcontact.grasp import HANDS, POLICIES
@@ -148,7 +148,7 @@ class Live:
             for line in session.grasping.lines(real_time=self.speed == 1.0):
                 _say(line)
         if session.recording.failed:
-            raise InputError(session.recording.failed)
+            raise FileError(session.recording.failed)
         if failed := [f"{name} ({why})" for name, why in session.fanout.failed.items()]:
             raise InputError(
                 f"outputs failed: {', '.join(failed)}: correct the causes or leave them out"

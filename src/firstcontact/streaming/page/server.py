@@ -18,7 +18,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError, InputError
 from firstcontact.core.records import read_record
 from firstcontact.device.protocol import marker_text
 from firstcontact.streaming.events import Ask
@@ -67,7 +67,12 @@ class Commands:
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         try:
             request = read_record(
-                data, ViewerRequest, "This message", "reload the page", LONGEST_MESSAGE
+                data,
+                ViewerRequest,
+                "This message",
+                "reload the page",
+                LONGEST_MESSAGE,
+                ArgumentError,
             )
         except InputError as error:
             return {"ok": False, "do": "", "text": f"That was not understood. {error}."}
@@ -87,7 +92,7 @@ class Commands:
     def _do(self, request: ViewerRequest, by: str) -> str:
         controls = self._controls
         if controls is None:
-            raise InputError("This page cannot control the session: open the page for control.")
+            raise ArgumentError("This page cannot control the session: open the page for control.")
         match request.do:
             case "record":
                 return f"Recording to {controls.start_recording().name}."
@@ -108,7 +113,7 @@ class Commands:
             case "mark":
                 word = marker_text(request.text.strip()).decode().strip()
                 if not word:
-                    raise InputError("The marker's text is empty: type at least one word.")
+                    raise ArgumentError("The marker's text is empty: type at least one word.")
                 controls.mark(word)
                 return f"Marked “{word}”."
 

@@ -19,7 +19,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 
 #: Smallest number of characters of a token.
 TOKEN_LENGTH = 16
@@ -189,7 +189,7 @@ def answer(request: Request, guard: Guard, served: Files) -> Response | None:
 
 def listen(host: str, port: int) -> socket.socket:
     if not 0 <= port <= LAST_PORT:  # the system would use another port: the number modulo 65,536
-        raise InputError(
+        raise ArgumentError(
             f"port {port} does not exist: name one from 1 to {LAST_PORT}, or 0 for a free port"
         )
     try:
@@ -197,7 +197,7 @@ def listen(host: str, port: int) -> socket.socket:
         family, _, _, _, address = addresses[0]
         listening = socket.create_server(address[:2], family=family, backlog=64)
     except (OSError, OverflowError) as error:
-        raise InputError(
+        raise ArgumentError(
             f"the page cannot be served on {host} port {port} ({error}): name another port or "
             "address, or 0 for a free port"
         ) from error

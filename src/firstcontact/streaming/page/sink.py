@@ -8,7 +8,7 @@ import secrets
 import threading
 from collections.abc import Mapping
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.core.quantity import QUANTITIES
 from firstcontact.device import Descriptor
 from firstcontact.models import Model
@@ -42,7 +42,7 @@ class PageSink:
         if token is None and not is_loopback(host):
             token = secrets.token_urlsafe(24)
         if token is not None and len(token) < TOKEN_LENGTH:
-            raise InputError(
+            raise ArgumentError(
                 f"the page's token has {len(token)} characters, too few to keep others out: "
                 f"give at least {TOKEN_LENGTH}, or none for a random one"
             )

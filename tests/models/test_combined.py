@@ -19,6 +19,7 @@ from firstcontact.models.touches import Touches
 from firstcontact.models.training import LabelledTouches
 from firstcontact.models.values import Values
 from firstcontact.recording import load_dataset
+from ringing import ringing
 from trainings import recordings
 
 pytestmark = pytest.mark.usefixtures("stored_detectors")
@@ -180,3 +181,9 @@ def test_too_few_pinches_are_noted(data: Dataset) -> None:
     assert trained.network.name == "network"
     assert "fewer than 20 pinches or 3 levels: the network predicts alone" in trained.notes
     assert not any("predicts alone" in note for note in fc.train(few, "network").notes)
+
+
+def test_a_rig_of_three_levels_has_no_offset_and_no_note_of_one() -> None:
+    made = adapt_combined(pretrained(), *ringing(60, levels=(10.0, 40.0, 90.0)))
+    assert made.model.regressions
+    assert not made.notes

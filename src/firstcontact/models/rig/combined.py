@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.models.rig.network_estimator import (
-    MIDDLE,
     Adapted,
     NetworkEstimator,
     adapt_network,
@@ -77,10 +76,11 @@ def adapt_combined(
     model = adapted.model.with_regressions(shifted, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
     note = (
-        f"held-out blocks at {MIDDLE:g} Shore A are read too hard by {offset.min():+.1f} to "
-        f"{offset.max():+.1f}, depending on the time: this is subtracted from all predictions"
+        f"by held-out blocks, all predictions are lowered by {offset.min():+.1f} to "
+        f"{offset.max():+.1f} Shore A, depending on the time"
     )
-    return Adapted(model, scores, root_mean_square(held_out.from_mean), check, (note,))
+    notes = (note,) if offset.any() else ()
+    return Adapted(model, scores, root_mean_square(held_out.from_mean), check, notes)
 
 
 @dataclass(frozen=True)

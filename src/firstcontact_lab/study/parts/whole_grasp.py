@@ -301,8 +301,9 @@ def _text(subjects: Subjects) -> str:
         if (grasp := results[WHOLE_GRASP]) is not None:
             law = grasp.law
             return (
-                f"{text} Their errors were measured on random hands and random objects, which are "
-                f"not scored: those of both fingers correlate by {law.correlations[0]:.2f}; the "
+                f"{text} Their errors were measured on other hands, which are random, with other "
+                "objects of the same random and everyday kinds: so the average knows these kinds. "
+                f"The errors of both fingers correlate by {law.correlations[0]:.2f}; the "
                 f"second finger reads {1e-3 * law.drift:.2f} Shore A harder with each ms between "
                 f"the contacts; and the squeeze reads objects {-law.softer:.0f} Shore A softer "
                 f"than blocks of the same rubber, with a scatter of {law.structure:.0f}, because "

@@ -162,7 +162,7 @@ def test_labels_that_may_be_late_leave_a_span_out():
 def test_pinches_without_truth_are_left_out_with_a_note():
     scores = score_all(Dataset((pinch(), pinch(None))), GOOD)
     assert (scores.n, scores.left_out) == (1, 1)
-    with pytest.raises(InputError, match="cannot be scored"):
+    with pytest.raises(InputError, match="no pinch has a known first contact"):
         score_all(Dataset((pinch(None),)))
 
 

@@ -77,7 +77,8 @@ def adapt_combined(
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
     note = (
         f"by held-out blocks, all predictions are lowered by {offset.min():+.1f} to "
-        f"{offset.max():+.1f} Shore A, depending on the time"
+        f"{offset.max():+.1f} Shore A, depending on the time; errors and intervals are "
+        "checked without that"
     )
     notes = (note,) if offset.any() else ()
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check, notes)

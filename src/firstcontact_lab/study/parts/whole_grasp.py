@@ -294,7 +294,7 @@ def _text(subjects: Subjects) -> str:
         "to second contacts on blocks. The classical method measures the stiffness of the squeeze "
         "from the force cells and the travel of the drives (200 positions a second with an error "
         "of 0.1 mm), calibrated on blocks, too; its interval comes from held-out blocks. “Exact "
-        "sensors” are an upper bound: the true force and compression at the fingertips. All "
+        "sensors” have the true force and compression at the fingertips. All "
         "together averages these estimates by their errors."
     )
     for results in subjects.values():

@@ -200,7 +200,7 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     dataset = replace(dataset, source=source or dataset.source)
     if dataset.source != "unknown":
         return dataset
-    note = "the source of the data is unknown: import again with `source`: real, twin or synthetic"
+    note = "the source of the data is unknown: state it as real, twin or synthetic (`source`)"
     return replace(dataset, notes=(*dataset.notes, note))
 
 

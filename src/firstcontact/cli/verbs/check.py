@@ -57,7 +57,7 @@ class Check:
             measured, verdicts = check_fingertips(source, drift=self.drift, say=say)
         for v in verdicts:
             words = f"{v.check} {v.finger}".ljust(20)
-            limit = "good" if v.is_good else f"FAULT (required: {v.limit}): {v.remedy}"
+            limit = "good" if v.is_good else f"FAULT (limit {v.limit}): {v.remedy}"
             print(f"{words} {v.measured}: {limit}")
         write_page(self.out, source.descriptor, measured, verdicts)
         print(f"{summary(verdicts)}; page: {self.out}")

@@ -76,8 +76,8 @@ def adapt_combined(
     model = adapted.model.with_regressions(shifted, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
     note = (
-        f"by held-out blocks, all predictions are lowered by {offset.min():+.1f} to "
-        f"{offset.max():+.1f} Shore A, depending on the time; errors and intervals are "
+        f"by held-out blocks, all predictions are changed by {-offset.max():+.1f} to "
+        f"{-offset.min():+.1f} Shore A, depending on the time; errors and intervals are "
         "checked without that"
     )
     notes = (note,) if offset.any() else ()

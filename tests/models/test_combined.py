@@ -53,7 +53,7 @@ def held_out(error: Callable[[Values], Values], levels: Sequence[float]) -> tupl
     shore_a = np.repeat(np.array(levels), 4)
     errors = error(shore_a)
     each = np.tile(errors, (len(Touches.SCORED_MS), 1))
-    return HeldOut(errors, each, errors, np.abs(each), np.arange(len(shore_a))), shore_a
+    return HeldOut(each, errors, np.abs(each), np.arange(len(shore_a))), shore_a
 
 
 BLOCKS = 10.0, 20.0, 29.0, 43.0, 60.0

@@ -19,20 +19,12 @@ from firstcontact.chain.image import DetectorKind
 from firstcontact.chain.stream import Predict
 from firstcontact.contact import Detector
 from firstcontact.contact.closing_start import RecordedClosing, recorded_closings
-from firstcontact.core import (
-    Block,
-    Calibration,
-    InputError,
-    Layout,
-    merge_blocks,
-)
+from firstcontact.core import Block, Calibration, InputError, Layout, merge_blocks
 from firstcontact.models import Hints
 from firstcontact.models.anytime import Predictor
 from firstcontact.recording import Recording
 from firstcontact.signal import samples_in
-from firstcontact.streaming.events import (
-    Event,
-)
+from firstcontact.streaming.events import Event
 from firstcontact.streaming.ledger import Ledger
 from firstcontact.streaming.translator import Translator
 

@@ -37,10 +37,9 @@ from firstcontact_lab.grasping.tuning import (
     speed_place,
     swept,
 )
+from firstcontact_lab.study.scores import NORMAL
 
 RESAMPLES = 1000
-#: Half width of a normal's 90 % interval, in standard deviations.
-NORMAL = 1.645
 #: RMSE of the noise that is added to labels, Shore A; 0 for exact labels.
 NOISES = (0.0, 3.0, 5.0, 10.0)
 #: Kind of lift and latency of the slip detection in full closings with a slip reflex.

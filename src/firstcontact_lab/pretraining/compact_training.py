@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 
 import numpy as np
 import torch
@@ -12,7 +11,7 @@ from torch import nn
 
 from firstcontact.models.rig.context_network import ContextNetwork
 from firstcontact.models.rig.rigs import Rig
-from firstcontact_lab.pretraining.batches import draw_batch, token_rows
+from firstcontact_lab.pretraining.batches import Batch, draw_batch, token_rows
 from firstcontact_lab.pretraining.examples import Examples
 from firstcontact_lab.pretraining.training import (
     BATCH,
@@ -57,8 +56,13 @@ def compacted(
 ) -> ContextNetwork:
     """Return a compact network that predicts as the mean of the teachers' distributions."""
     sources = [_Lots(teacher, examples) for teacher in teachers]
+
+    def drawn(number: int) -> Batch:
+        rng = np.random.default_rng([seed, number])
+        return draw_batch(examples, rng.permutation(len(examples))[:PREPARED], rng)
+
     compact = _TorchCompact(directions)
-    first = sources[0].draw(np.random.default_rng([seed, 0]))
+    first = sources[0].lot(drawn(0))
     compact.begin_as(teachers[0].network, first)
     optimizer = torch.optim.AdamW(compact.parameters(), RATE, weight_decay=0.0)
     step, number = 0, 0
@@ -66,7 +70,8 @@ def compacted(
         number += 1
         rng = np.random.default_rng([seed, number])
         # All teachers see the same contacts with the same placement and hints.
-        lots = [source.draw(deepcopy(rng)) for source in sources]
+        batch = drawn(number)
+        lots = [source.lot(batch) for source in sources]
         lot, losses = lots[0], []
         targets = [
             _targets(teacher.network, seen) for teacher, seen in zip(teachers, lots, strict=True)
@@ -96,10 +101,10 @@ def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:
 
 
 class _Lots:
-    """Source of random training batches. It encodes the features of each rig only once."""
+    """Maker of a network's training batches. It encodes the features of each rig only once."""
 
     def __init__(self, full: Full, examples: Examples) -> None:
-        self._full, self._examples = full, examples
+        self._full = full
         tokens, present = token_rows(examples)
         self._present = torch.from_numpy(present)
         with torch.no_grad():
@@ -110,14 +115,12 @@ class _Lots:
                 ]
             )
 
-    def draw(self, rng: np.random.Generator) -> Lot:
-        """Return random network inputs with the true Shore A of each contact.
+    def lot(self, batch: Batch) -> Lot:
+        """Return the network's inputs for a batch, with the true Shore A of each contact.
 
         These are: inputs, codes of the rig's blocks and their mask, general features, scaled Shore
         A.
         """
-        indices = rng.permutation(len(self._examples))[:PREPARED]
-        batch = draw_batch(self._examples, indices, rng)
         row = torch.from_numpy(batch.row)
         present = self._present[row] * torch.from_numpy(batch.is_known).float()[:, None]
         target = torch.from_numpy(((batch.shore_a - CENTRE) / UNIT).astype(np.float32))

@@ -21,7 +21,8 @@ from firstcontact.twin.mechanics import CONTACT_FORCE, FACE, INDENTATION, Finger
 from firstcontact.twin.objects import EVERYDAY_OBJECTS, TwinObject
 from firstcontact.twin.pinch import PinchJob, excerpt, simulate_pinches
 from firstcontact_lab.rigs import RIG_SPREAD, RandomRig, draw_object, draw_rig
-from firstcontact_lab.study.random_rigs import DELAY, MARGIN
+from firstcontact_lab.study.random_rigs import DELAY, MARGIN, draw_delay
+from firstcontact_lab.study.scores import NORMAL
 
 Values = NDArray[np.float64]
 #: Times after the first contact at which the squeeze is read, ms.
@@ -98,8 +99,8 @@ def grasps(seed: int, condition: str, sizes: Sizes, *, is_random: bool = False) 
             too_short += 1
             continue
         assert isinstance(job.positions, _Sensors)
-        squeezes = _squeezes(replace(pinch, truth=tuple(placed)), job.positions)
-        kept.append((replace(pinch, truth=tuple(placed)), *squeezes))
+        found = replace(pinch, truth=tuple(placed))
+        kept.append((found, *_squeezes(found, job.positions)))
     pinches, squeezes, exact = zip(*kept, strict=True)
     first, second = (_touches(pinches, place) for place in (0, 1))
     labels = [pinch.label for pinch in pinches]
@@ -166,8 +167,9 @@ def _with_hand(draw: PinchDraw, rig: RandomRig) -> PinchDraw:
 
 def _placed(contact: Contact, rng: np.random.Generator) -> Contact:
     """Return the contact as a detector would place it: late, by a random number of samples."""
-    late = int(np.clip(round(rng.normal(*DELAY)), -MARGIN, MARGIN))
-    return replace(contact, sample=contact.sample + late, decided=contact.sample + MARGIN)
+    return replace(
+        contact, sample=contact.sample + draw_delay(rng, DELAY), decided=contact.sample + MARGIN
+    )
 
 
 def _touches(pinches: Sequence[Pinch], place: int) -> Touches:
@@ -194,14 +196,15 @@ def _squeezes(pinch: Pinch, sensors: _Sensors) -> tuple[Values, Values]:
             measured[row] = squeeze_features(
                 times, positions, every, cells, second / _RATE, now / _RATE
             )
-            recent = slice(now - round(_window(now - second)), now)
+            recent = slice(now - round(_window(now - second, LONGEST * _RATE)), now)
             compression = max(float(sensors.compression[recent].mean()), LEAST_TRAVEL)
             exact[row] = np.log(max(float(sensors.force[recent].mean()), 0.1) / compression)
     return measured, exact
 
 
-def _window(squeezed: float) -> float:
-    return min(SHARE * squeezed, LONGEST * _RATE)
+def _window(squeezed: float, longest: float) -> float:
+    """Return the time over which a squeeze is averaged, in the unit of its duration."""
+    return min(SHARE * squeezed, longest)
 
 
 FEATURES = ("largest travel", "travel", "force")
@@ -215,7 +218,7 @@ def squeeze_features(
     ``positions`` are those of the drives at ``times``, and ``cells`` the sum of all force cells,
     less its value at rest, at the times ``every``.
     """
-    window = min(SHARE * (now - second), LONGEST)
+    window = _window(now - second, LONGEST)
     is_past = times <= now
     times, travel = times[is_past], positions[is_past] - np.interp(second, times, positions)
     newest = travel[times > now - window] if (times > now - window).any() else travel[-1:]
@@ -285,7 +288,7 @@ class GraspLaw(Record, frozen=True, kw_only=True):
     #: Correlations of the errors of first and second finger, first and squeeze, second and squeeze.
     correlations: tuple[float, float, float]
     #: Half width of the interval as a multiple of the spread, with two and three estimates.
-    factors: tuple[float, float] = (1.645, 1.645)
+    factors: tuple[float, float] = (NORMAL, NORMAL)
 
     def corrected(self, values: Values, gaps: Values) -> Values:
         """Return estimates, shape (n, 3), without the bias of second finger and squeeze."""

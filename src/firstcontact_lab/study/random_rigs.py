@@ -279,6 +279,11 @@ def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
     return replace(rig, finger=finger, noise=rig.noise.scaled(factor, 1.0))
 
 
+def draw_delay(rng: Rng, delay: tuple[float, float]) -> int:
+    """Return a random delay of a placed contact in samples, from mean and standard deviation."""
+    return int(np.clip(round(rng.normal(*delay)), -MARGIN, MARGIN))
+
+
 def _label(shore_a: float, rng: Rng) -> float:
     return shore_a + LABEL * float(np.clip(rng.standard_normal(), -2.5, 2.5))
 
@@ -303,7 +308,7 @@ def _pinch(
     signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
     if change is not None:
         signal = change(signal, rng)
-    late = int(np.clip(round(rng.normal(*delay)), -MARGIN, MARGIN))
+    late = draw_delay(rng, delay)
     start = samples_in(Touches.BEFORE, _RATE)
     touched = Touches.cut_signal(signal, start + MARGIN + late, _RATE)
     if touched is None:

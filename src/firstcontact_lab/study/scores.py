@@ -18,6 +18,8 @@ from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 
 RANDOM_FOLDS = 5
+#: Half width of a normal's 90 % interval, in standard deviations.
+NORMAL = 1.645
 #: Share of the pinches that the paper's random split keeps for testing.
 RANDOM_TEST = 0.1
 

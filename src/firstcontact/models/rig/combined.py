@@ -74,7 +74,7 @@ def adapt_combined(
     offset = held_out.offset(shore_a, touches.rate)
     shifted = {finger: r.shifted(offset) for finger, r in average.regressions.items()}
     model = adapted.model.with_regressions(shifted, average.factors)
-    scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
+    scores = {**adapted.scores, model.name: root_mean_square(held_out.errors[-1])}
     note = (
         f"by held-out blocks, all predictions are changed by {-offset.max():+.1f} to "
         f"{-offset.min():+.1f} Shore A, depending on the time; errors and intervals are "

@@ -114,7 +114,7 @@ def adapt_network(
         return replace(made, split="held out: random pinches, because each session has one level")
     check = held_out.check(base.level, touches.rate)
     model = condition(longest, shore_a).widened(check.scales)
-    scores = {model.name: root_mean_square(held_out.errors)}
+    scores = {model.name: root_mean_square(held_out.errors[-1])}
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
 
 
@@ -156,16 +156,15 @@ def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
 class HeldOut:
     """Errors of predictions for held-out pinches of a rig, Shore A."""
 
-    #: Errors at the longest time, shape (n,), and at each scored time, shape (times, n).
+    #: Errors at each scored time, shape (times, n). The last time is the longest.
     errors: Values
-    errors_at: Values
     from_mean: Values
     ratios: Values
     rows: NDArray[np.intp]
 
     def check(self, level: float, rate: float) -> IntervalCheck:
         """Check the intervals by split conformal prediction at each time (Lei et al. 2018)."""
-        n = len(self.errors)
+        n = len(self.rows)
         rank = min(ceil((n + 1) * level), n)
         needed = np.sort(self.ratios, axis=1)[:, rank - 1]
         scales = np.maximum(np.interp(Rig.STAGES, Rig.stages_at_scored_times(rate), needed), 1.0)
@@ -182,7 +181,7 @@ class HeldOut:
         levels = np.unique(truth)
         if len(levels) < LEAST_LEVELS_OF_LINE:
             return np.zeros(len(Rig.STAGES))
-        means = np.stack([self.errors_at[:, truth == level].mean(axis=1) for level in levels])
+        means = np.stack([self.errors[:, truth == level].mean(axis=1) for level in levels])
         line = np.stack([np.ones(len(levels)), levels - MIDDLE], axis=1)
         fitted = np.linalg.lstsq(line, means)[0]
         left = np.square(means - line @ fitted).sum(axis=0) / (len(levels) - 2)
@@ -207,16 +206,15 @@ def score_held_out(
             continue
         model = condition(touches.take(learn), shore_a[learn])
         test_touches, truth = touches.take(ask), shore_a[ask]
-        errors = model.predict_touches(test_touches).value - truth
-        errors_at, ratios = [], []
+        errors, ratios = [], []
         for ms in Touches.SCORED_MS:
             early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
             predictions = model.predict_touches(early)
             half = model.half_widths(predictions.spread, early.valid)
-            errors_at.append(predictions.value - truth)
-            ratios.append(np.abs(errors_at[-1]) / half)
+            errors.append(predictions.value - truth)
+            ratios.append(np.abs(errors[-1]) / half)
         from_mean = shore_a[learn].mean() - truth
-        parts.append((errors, np.array(errors_at), from_mean, np.array(ratios), ask))
+        parts.append((np.array(errors), from_mean, np.array(ratios), ask))
     if not parts:
         return None
     return HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))

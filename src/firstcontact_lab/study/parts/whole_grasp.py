@@ -32,7 +32,7 @@ from firstcontact_lab.study.grasps import (
 )
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 from firstcontact_lab.study.random_rigs import RigScores, rig_scores
-from firstcontact_lab.study.scores import predictions_by_time
+from firstcontact_lab.study.scores import NORMAL, predictions_by_time
 
 T = TypeVar("T")
 Values = NDArray[np.float64]
@@ -199,7 +199,7 @@ def _predictions(
     nothing = np.full(len(value), np.nan)
     for name, squeezes in (("squeeze", estimates.squeeze), ("exact", estimates.exact)):
         value, error = squeezes[SQUEEZES.index(ms)] if ms in SQUEEZES else (nothing, nothing)
-        half = 1.645 * error
+        half = NORMAL * error
         out[name] = value, value - half, value + half
     return out
 

@@ -11,7 +11,7 @@ import taxels
 import write_check
 import write_household
 import write_live
-import write_objects
+import write_twin
 import write_out_of_range
 import write_tables as numbers
 from pages import ROOT, name
@@ -54,7 +54,7 @@ def test_a_field_that_no_record_has_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "script", [taxels, write_check, write_household, write_live, write_objects, write_out_of_range]
+    "script", [taxels, write_check, write_household, write_live, write_twin, write_out_of_range]
 )
 def test_a_page_has_the_tables_of_its_script(script: ModuleType) -> None:
     text = script.PAGE.read_text(encoding="utf-8")

@@ -30,8 +30,8 @@ from firstcontact.twin.mechanics import (
 from firstcontact.twin.noise import PhalanxNoise
 from firstcontact.twin.objects import CRUSHED
 
-#: Steps per sampling interval after the first contact, half as many before. A step is 25 us;
-#: halving it moves the piezo's waveform by less than 0.15 %.
+#: Steps for each sample after the first contact, half as many before. A step is 25 us; halving it
+#: changes the piezo's waveform by less than 0.15 %.
 SUBSTEPS = 8
 #: Time after both contacts from which a commanded hand takes half the steps, s: the remaining
 #: motion is slow.

@@ -29,11 +29,11 @@ from firstcontact.twin.simulation import PlannedPinch, planned_pinch
 
 #: Time for a change of the motor's speed, s.
 RAMP = 0.06
-#: Squeezing ends when the drives have slowed down to this share of the drawn speed.
+#: A drive below this share of its speed counts as stalled, which ends the squeeze.
 STALLED = 0.1
 #: Longest squeeze of a commanded hand, s after the motor's start.
 PATIENCE = 2.0
-#: Holding force of each drive, N. It is below the stall force, so that the speed loop damps
+#: Force of each drive in the hold, N. It is below the stall force, so that the speed loop damps
 #: oscillations.
 GRIP = 10.0
 #: Distance between skin and object at which the opening hand stops, m.

@@ -2,6 +2,7 @@
 
 Every hand, specimen, session and pinch has a key. Its numbers depend only on the seed and that key.
 A set of pinches is therefore the same for any order and any number of workers.
+Reference [11] is in ``docs/reference/twin-parameters.md``.
 """
 
 from __future__ import annotations
@@ -37,30 +38,45 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Named amount of variation of the simulated hand, such as "paper-rig"."""
+    """Named amount of variation of the simulated hand, such as "paper-rig".
+
+    The text below a field says why the parameter varies.
+    """
 
     name: str
     speed: Spread
+    """Charge of the battery, and opening at the start."""
     tip_radius: Spread
+    """Place where each fingertip touches: its radius, and by as much the pad's spring, which
+    differs by 0.3 over the whole pad."""
     pad_stiffness: Spread
+    """Temperature and wear of the pad."""
     phalanx_mass: Spread
+    """Moving share of the finger, by its posture."""
     link_stiffness: Spread
+    """Posture."""
     gain: Spread
+    """Glue, disc and amplifier: the glue alone gives ± 15 %, and data sheets of discs state ± 20 %
+    for the capacitance."""
     clamp: Spread
+    """Hold before the grip: in a hand, or on a table."""
     noise: Spread
+    """Rotor, gears and friction, by wear."""
     click_rate: float
-    """Number of clicks of the gear train per second."""
+    """Number of clicks of the gears per second."""
     mains_rates: tuple[float, ...]
     """Possible mains frequencies, Hz. Each session has one of them."""
     temperature: Spread
-    """Variation of the object's modulus due to temperature and wear."""
+    """The object's modulus: warmth, first squeezes, ripening."""
     specimen_widen: float
     """Factor on the object's ``modulus_scatter``, the scatter between specimens."""
     specimens_per_block: int
+    """Number of specimens of each block."""
     jitter: float
-    """Standard deviation of the sampling instants (jitter), s."""
+    """Standard deviation of the sampling instants, s."""
     asymmetry: float
-    """Standard deviation of ln(parameter) between the two fingers of the hand."""
+    """Standard deviation of ln(parameter) between both fingertips: pad, phalanx, link, mount, gain,
+    noise."""
 
 
 PAPER_RIG = Condition(
@@ -109,18 +125,21 @@ def condition(name: str) -> Condition:
     return CONDITIONS[name]
 
 
-#: Published offset between the contacts, s: mean and standard deviation.
+#: Mean time from the first to the second contact, s (paper).
 OFFSET_MEAN = 16.65e-3
+#: Standard deviation of this time, s (paper); assumed: a gamma distribution.
 OFFSET_SD = 10.35e-3
-#: Largest offset, s. A longer one would not fit into a pinch; 4 of 10,000 drawn offsets are longer
-#: and are drawn again.
+#: Longest drawn time, s: a longer one does not fit into a pinch. 4 of 10,000 are longer, and are
+#: drawn again.
 OFFSET_MAX = 75e-3
 #: Range of the first contact within a pinch, s.
 FIRST_CONTACT = (0.130, 0.150)
-#: Range of a sheet's conductance at a response of 1 N, S, and of its exponent.
+#: Range of a sheet's conductance at 1 N, S/N^exponent [11].
 CONDUCTANCE = (16e-6, 38e-6)
+#: Range of a sheet's exponent [11].
 EXPONENT = (0.6, 1.1)
-#: Standard deviation of ln(parameter) of a sheet between two loadings.
+#: Standard deviation of ln(parameter) of a sheet between two loadings: published curves scatter by
+#: 9 to 27 % [11].
 LOADING_SCATTER = 0.15
 
 

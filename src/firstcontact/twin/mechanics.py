@@ -9,8 +9,8 @@ The contact times are given, not the distances from the fingers to the object. A
 effect before it touches. So each face of the object is placed where the finger of that face is at
 the given time.
 
-The loop over time is compiled: ``twin/c/mechanics.c``. ``docs/reference/twin-parameters.md`` states
-the source of each number.
+The loop over time is compiled: ``twin/c/mechanics.c``. ``docs/reference/twin-parameters.md`` has
+the references of numbers such as [1]. A number without a source is an assumption.
 """
 
 from __future__ import annotations
@@ -32,81 +32,91 @@ class FingerParameters(NamedTuple):
     """Parameters of one finger, from its drive to its skin. SI units."""
 
     speed: float = 0.13
-    """Closing speed of the finger, m/s."""
+    """Closing speed of a fingertip, m/s: 5 cm in 0.4 s. Prosthetic hands close fully in 0.37 to 1 s
+    [1]."""
     drive_mass: float = 0.45
-    """Inertia of motor and gears, as an equivalent mass at the fingertip, kg."""
+    """Inertia of motor and gears, as an equivalent mass at the fingertip, kg: a rotor of 0.067 g
+    cm² behind gears of 657:1, at 80 mm."""
     speed_gain: float = 250.0
-    """Gain of the drive's speed loop, N s/m."""
+    """Gain of the drive's speed loop, N s/m. A third of ``speed`` gives ``drive_force``."""
     drive_force: float = 12.0
-    """Stall force at the fingertip, N."""
+    """Stall force of a prosthetic finger, N."""
     link_stiffness: float = 2.5e3
-    """Stiffness of gear train and linkage between drive and phalanx, N/m."""
+    """Stiffness of gears and linkage between drive and phalanx, N/m: both resonate at 59 Hz."""
     link_damping: float = 3.0
-    """Damping of gear train and linkage, N s/m."""
+    """Damping of gears and linkage, N s/m: 22 % of critical damping."""
     phalanx_mass: float = 0.018
-    """Mass of distal phalanx and mount, kg."""
+    """Mass of the end of the finger with its mount of PETG, kg."""
     mount_stiffness: float = 4.2e5
-    """Stiffness of the screwed PETG mount under the board, N/m."""
+    """Stiffness of the screwed mount under the board, N/m: phalanx and board resonate at 2.25
+    kHz."""
     mount_damping: float = 2.6
-    """Damping of the mount, N s/m."""
+    """Damping of the mount, N s/m: 4 % of critical damping, as for a screwed plastic part."""
     board_mass: float = 0.0021
-    """Mass of the board with piezo disc and wires, kg."""
+    """Mass of the board, kg: 0.9 g for 20 × 15 mm (paper) of FR4, and 1.2 g for disc and wires."""
     pad_stiffness: float = PadParameters().stiffness
-    """Stiffness of the dimples below a touch at small compression, N/m."""
+    """Stiffness of the dimples below a touch, N/m: finite elements of the drawn pad."""
     pad_stiffening: float = PadParameters().stiffening
-    """Cubic term of the dimples' stiffness, N/m^3."""
+    """Cubic term of the dimples' stiffness, N/m³: they are flat at 0.8 mm, and the full area
+    carries the force."""
     pad_arm_stiffness: float = PadParameters().arm_stiffness
-    """Stiffness of the pad's Maxwell arm, N/m."""
+    """Stiffness of the pad's Maxwell arm, N/m: half of the stiffness, as silicone loses tens of
+    percent."""
     pad_relaxation: float = 1.2e-3
-    """Relaxation time of the pad's Maxwell arm, s."""
+    """Relaxation time of this arm, s: most loss is near 130 Hz."""
     pad_damping: float = PadParameters().damping
-    """Damping of the pad, N s/m."""
+    """Remaining loss of the pad at high frequency, N s/m."""
     pad_confinement: float = 0.0
     """Compliance that a rigid back right behind the pad takes from the contact, m/N; 0 for a pad on
     dimples. :func:`firstcontact.twin.pad.confinement` computes it."""
     skin_mass: float = 0.00055
-    """Mass of the pad's front, which moves with the skin, kg."""
+    """Mass of the pad's front, kg: half of the pad (paper) at 1.1 g/cm³, rounded up."""
     pad_modulus: float = 4.43e6
-    """Young's modulus of the pad's silicone, Pa: that of 65 Shore A by Gent's formula."""
+    """Young's modulus of the pad, Pa: 65 Shore A (paper) by Gent's formula [2]."""
     tip_radius: float = 0.010
-    """Radius of curvature of the tip at the contact, m."""
+    """Radius of the fingertip at the contact, m."""
     piezo_volts_per_newton: float = 0.0963
-    """Open-circuit voltage of the disc per newton through the mount, V/N: mean of the dimples."""
+    """Open-circuit voltage of the disc per newton, V/N: PZT-5A, 10 mm (paper) and 0.2 mm, in
+    silicone. Mean of the six dimples."""
     piezo_time_constant: float = 2.8e-3
-    """Disc capacitance times the buffer's input resistance, s."""
+    """Time constant of disc and amplifier, s: 5.9 nF into 470 kΩ."""
     gain: float = 7.4
-    """Gain of the non-inverting buffer."""
+    """Gain of the amplifier: uses the converter's range without clipping."""
     buffer_cutoff: float = 1.8e3
-    """Cutoff frequency of the buffer, a first-order low-pass filter, Hz."""
+    """Cutoff of the amplifier, a first-order low-pass filter, Hz: below half of 4936 Hz."""
 
 
 class ObjectParameters(NamedTuple):
     """Parameters of the object: two faces, the bulk between them, and its support. SI units."""
 
     modulus: float = 1.0e6
-    """Young's modulus in a slow indentation, Pa."""
+    """Young's modulus in a slow indentation, Pa: by Gent's formula [2] from the Shore A reading
+    (paper)."""
     radius: float = 1.0e3
-    """Radius of curvature at the contact, m. The default is that of flat objects."""
+    """Radius of the surface at the contact, m. 1000 m is flat."""
     face_mass: float = 0.095
-    """Mass that moves with each face, kg."""
+    """Mass that moves with each face, kg: half of the object's mass."""
     bulk_stiffness: float = 1.4e5
-    """Stiffness between the faces, N/m."""
+    """Stiffness between the faces, N/m: that of a column, modulus × area / length."""
     bulk_damping: float = 30.0
-    """Damping between the faces, N s/m."""
+    """Damping between the faces, N s/m: loss factor × √(stiffness × mass / 4)."""
     clamp_stiffness: float = 150.0
-    """Stiffness of the support, N/m."""
+    """Stiffness of the support, N/m: a loose clamp, in which a block swings at 4 Hz."""
     clamp_damping: float = 1.5
     """Damping of the support, N s/m."""
     dent_stiffness: float = math.inf
-    """Stiffness of a hollow object's wall against a dent at the contact, N/m."""
+    """Stiffness of a hollow object's wall against a dent, N/m: Reissner's shell [3], stiffer by the
+    fast arm."""
     arm_share: float = 0.25
-    """Stiffness of the contact's fast Maxwell arm, as a share of the slow contact stiffness."""
+    """Stiffness of the contact's fast Maxwell arm, as a share of the slow contact stiffness: twice
+    the loss factor, times 1 + ``slow_share``."""
     arm_relaxation: float = 4.0e-3
-    """Relaxation time of the fast arm, s."""
+    """Relaxation time of the fast arm, s: most loss is near 40 Hz."""
     slow_share: float = 0.0
-    """Stiffness of the contact's slow arm, which has relaxed when a durometer is read."""
+    """Stiffness of the contact's slow arm: what the stiffness loses from 10 ms to a durometer's
+    second."""
     slow_relaxation: float = 0.1
-    """Relaxation time of the slow arm, s."""
+    """Relaxation time of the slow arm, s: the middle of these two decades."""
 
     @classmethod
     def solid(
@@ -152,26 +162,28 @@ class VelostatParameters(NamedTuple):
     """Parameters of one fingertip's force array. SI units."""
 
     threshold: float = 0.30
-    """Force on a taxel up to which the conductance does not rise, N."""
+    """Least force on a taxel that raises the conductance, N."""
     rise: float = 0.030
-    """Time constant of the response when the load rises, s."""
+    """Time constant of the response when the force rises, s."""
     fall: float = 0.060
-    """Time constant of the response when the load falls (hysteresis), s."""
+    """Time constant of the response when the force falls, s: slower (hysteresis)."""
     creep_share: float = 0.15
-    """Share of the response that is slow."""
+    """Share of the response that comes late [12, 13]."""
     creep: float = 0.4
-    """Time constant of the slow response, s."""
+    """Time constant of the late response, s."""
     conductance: float = 2.5e-5
-    """Conductance at a response of 1 N, in S / N^exponent."""
+    """Conductance at 1 N, S/N^exponent: geometric mean of the drawn range [11]."""
     exponent: float = 0.85
+    """Exponent of the conductance over the force: mean of the drawn range [11]."""
     leak: float = 2.0e-6
-    """Conductance of an unloaded taxel, S."""
+    """Conductance without force, S: at most 2.3 µS [11]."""
     resistor: float = DIVIDER_OHM
-    """Resistor of a column's divider, ohm."""
+    """Resistor of a column's divider, Ω: half of the supply at 2 N on a taxel."""
     row: float = ROW_OHM + PIN_OHM
-    """Resistance of each row, ohm: its resistor and the pin that drives it."""
+    """Resistance of a row, Ω: a resistor of 330 Ω, and the pin that drives it, 23 Ω (data sheet of
+    the i.MX RT1060)."""
     noise: float = 0.004
-    """RMS of the noise at the converter, V."""
+    """RMS of the noise at the converter, V: about one converter step."""
 
 
 #: States of a finger: position and speed of drive, phalanx, board and skin; elongation of the

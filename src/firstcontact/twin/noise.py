@@ -23,7 +23,7 @@ from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
 from firstcontact.recording import read_recording
 from firstcontact.signal import resample
 
-#: Points per sampling interval of the force series.
+#: Points of the noise force for each sample, joined by straight lines.
 OVERSAMPLING = 4
 _RATE = OVERSAMPLING * FINGERTIP_RATE
 _kernels = load_compiled("firstcontact.twin._compiled")
@@ -43,29 +43,30 @@ class MotorNoise:
     """Strengths of the noise forces on a finger bone (phalanx). Forces in N, rates in Hz."""
 
     rotor_rate: float = 170.0
-    """Rotor turns per second at the closing speed."""
+    """Turns of the rotor per second at the closing speed."""
     rotor: float = 0.05
-    """Amplitude of the spectral line at the rotor's frequency. Harmonic k has 1/k of it."""
+    """Amplitude of the tone at the rotor's frequency, N: imbalance and commutation. Harmonic k has
+    1/k of it."""
     mesh_ratio: float = 9.7
-    """Ratio of the gear-mesh frequency to the frequency of the rotor."""
+    """Frequency of the gears, relative to the rotor. A second pair of gears has 0.31 of it."""
     mesh: float = 0.05
-    """Amplitude of the spectral line at the gear-mesh frequency; the output shaft modulates it."""
+    """Amplitude of the tone at the frequency of the gears, N. The output shaft modulates it."""
     friction: float = 0.035
-    """RMS of friction noise between 30 Hz and 1.5 kHz, with a slowly varying envelope."""
+    """RMS of the friction noise between 30 Hz and 1.5 kHz, N."""
     wander: float = 0.35
-    """Standard deviation of ln(envelope of the friction noise)."""
+    """Standard deviation of ln(loudness of the friction), which changes over 20 ms."""
     click_rate: float = 0.5
-    """Number of random clicks of the gear train per second."""
+    """Number of random clicks of the gears per second. The condition sets it."""
     click: float = 0.35
-    """Median peak force of a click."""
+    """Median peak force of a click, N: half sines of 0.3 to 1.2 ms, either sign."""
     mains_rate: float = 50.0
-    """Mains frequency, 50 or 60 Hz."""
+    """Mains frequency, 50 or 60 Hz. The condition sets it."""
     mains: float = 0.015
-    """Amplitude of the torque ripple at twice the mains frequency, as a force."""
+    """Amplitude of the torque ripple at twice the mains frequency, N."""
     hum: float = 0.0015
-    """Amplitude of the mains hum that the piezo's wiring picks up, V."""
+    """Amplitude of the mains hum in the piezo's wiring, V: half a converter step."""
     electronics: float = 0.0022
-    """RMS of the noise of buffer and converter, V."""
+    """RMS of the noise of amplifier and converter, V: two thirds of a converter step (3.2 mV)."""
 
     def scaled(self, speed: float, loudness: float) -> MotorNoise:
         """Return the noise of a motor ``speed`` times as fast and ``loudness`` times as loud."""

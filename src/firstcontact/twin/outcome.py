@@ -1,4 +1,7 @@
-"""Lift of a pinched object by the twin, and the outcome: held, dropped or broken."""
+"""Lift of a pinched object by the twin, and the outcome: held, dropped or broken.
+
+Reference [7] is in ``docs/reference/twin-parameters.md``.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,8 @@ class Lift:
         return np.clip(since / ramp, 0.0, 1.0)
 
 
-#: Factor by which the grip force of a stable grasp exceeds the holding force.
+#: Grip force of a stable grasp, relative to the least holding force, weight / (2 × friction):
+#: people add 10 to 40 % [7].
 SAFETY = 1.25
 #: Time over which the grip force is smoothed before its rate of change is computed, s.
 SMOOTHED = 0.010

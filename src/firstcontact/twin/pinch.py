@@ -33,7 +33,7 @@ from firstcontact.twin.sensor import (
 
 #: Length of a pinch, s.
 DURATION = 0.3
-#: Number of samples before the first one in which vibration builds up.
+#: Number of samples before the first one, while vibration builds up.
 BURN_IN = 100
 #: Number of pinches that are integrated together.
 _TOGETHER = 8

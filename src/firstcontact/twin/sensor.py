@@ -61,7 +61,7 @@ def open_reading(p: VelostatParameters) -> int:
     return int(force_readings(nothing, np.zeros(TAXELS), p, nothing, 1.0, state, 0)[0])
 
 
-#: Number of readings of a taxel in the sliding mean.
+#: Number of readings of a taxel that the firmware averages.
 FORCE_READINGS = 8
 #: Number of scans after which every sliding mean holds new readings only.
 ROUND = TAXELS * FORCE_READINGS

@@ -33,8 +33,9 @@ from firstcontact.twin.noise import RecordedNoise, read_noise
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
 from firstcontact.twin.pinch import DURATION, PinchJob, simulate_pinches
 
-#: Number of sessions of the blocks, and of the unseen objects.
+#: Number of sessions of block pinches.
 BLOCK_SESSIONS = 10
+#: Number of sessions of pinches of other objects.
 OBJECT_SESSIONS = 2
 
 

@@ -1,8 +1,7 @@
 """Model of the sound of a slip: patches of the pad stick to the object and release.
 
-**Modelled, not measured on any fingertip.** ``docs/reference/twin-parameters.md`` separates sourced
-numbers from assumptions. The loudness of a slip depends mainly on ``coupling``, which was not
-measured.
+**Modelled, not measured on any fingertip.** The loudness of a slip depends mainly on ``coupling``,
+which was not measured. References such as [8] are in ``docs/reference/twin-parameters.md``.
 
 The front of the pad is a row of patches. Each patch is a mass on the pad's shear stiffness. It is
 pressed against the object with its share of the contact force. A patch sticks until the pull of the
@@ -34,23 +33,26 @@ class SlipParameters(NamedTuple):
     """Parameters of a sliding pad. SI units."""
 
     patches: int = 12
-    """Number of independent patches."""
+    """Number of patches that release separately: structured PDMS slips in small events [8]."""
     stiffness: float = 15e3
-    """Shear stiffness of the pad, N/m."""
+    """Stiffness along the pad, N/m: a tenth of the solid pad's 1.5e5 N/m (paper)."""
     mass: float = 0.00055
-    """Mass of the pad's front, which moves with the skin, kg."""
+    """Mass of the pad's front, as ``skin_mass``, kg: resonates with the stiffness at 830 Hz."""
     damping: float = 0.15
-    """Damping of the pad's front, as a share of the critical damping."""
+    """Loss factor: silicone loses tens of percent."""
     ratio: float = 1.5
-    """Ratio of static to kinetic friction."""
+    """Static over kinetic friction: 2.1 and 1.4 in a published simulation [9]."""
     weakening: float = 0.018
-    """Sliding speed at which friction has fallen by 63 % of the way to kinetic friction, m/s."""
+    """Speed at which friction has fallen by 63 % of the way to kinetic friction, m/s: of the order
+    of 1/55 m/s."""
     scatter: float = 0.15
-    """Standard deviation of ln(friction) along the object, for each patch."""
+    """Standard deviation of ln(friction) between patches: ± 10 % of the friction of all twelve
+    [10]."""
     grain: float = 1e-4
-    """Distance between drawn friction values along the object, m."""
+    """Distance along the object between places that differ in friction, m."""
     coupling: float = 0.1
-    """Piezo voltage per newton along the pad, divided by the voltage per newton normal to it."""
+    """Piezo signal of a force along the pad, relative to that of a force into it. The most
+    important number."""
 
 
 class SlipSound:

@@ -11,8 +11,14 @@ import pytest
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig import combined, network_estimator
 from firstcontact.models.rig.combined import CombinedEstimator, adapt_combined
-from firstcontact.models.rig.network_estimator import Adapted, HeldOut, adapt_network
+from firstcontact.models.rig.network_estimator import (
+    Adapted,
+    HeldOut,
+    adapt_network,
+    score_held_out,
+)
 from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.rig.rigs import Rig
 from firstcontact.models.touches import Touches
@@ -53,7 +59,7 @@ def held_out(error: Callable[[Values], Values], levels: Sequence[float]) -> tupl
     shore_a = np.repeat(np.array(levels), 4)
     errors = error(shore_a)
     each = np.tile(errors, (len(Touches.SCORED_MS), 1))
-    return HeldOut(each, errors, np.abs(each), np.arange(len(shore_a))), shore_a
+    return HeldOut(each, errors, np.full_like(each, 3.0), np.arange(len(shore_a))), shore_a
 
 
 BLOCKS = 10.0, 20.0, 29.0, 43.0, 60.0
@@ -76,6 +82,53 @@ def test_the_bias_on_own_blocks_is_subtracted_as_far_as_it_is_sure(
     offset = errors.offset(shore_a, RigModel.rate)
     assert (offset >= least).all()
     assert (offset <= most).all()
+
+
+def test_checked_errors_fall_where_all_blocks_are_biased_alike() -> None:
+    errors, shore_a = held_out(lambda y: np.full_like(y, 4.0), BLOCKS)
+    checked = errors.less_offset(shore_a)
+    assert (checked.errors > 0).all()  # the offset is drawn to 0
+    assert (checked.errors < 0.5 * errors.errors).all()
+    before, after = (one.check(0.9, RigModel.rate) for one in (errors, checked))
+    assert (before.coverage, after.coverage) == (0.0, 1.0)
+    assert before.scales.max() > 1.3
+    assert (after.scales == 1.0).all()
+
+
+def test_a_blocks_own_errors_do_not_change_its_offset() -> None:
+    errors, shore_a = held_out(lambda y: np.where(y == BLOCKS[0], 30.0, 0.0), BLOCKS)
+    own = shore_a == BLOCKS[0]
+    checked = errors.less_offset(shore_a)
+    np.testing.assert_allclose(checked.errors[:, own], 30.0)
+    assert (checked.errors[:, ~own] != 0.0).all()
+
+
+@pytest.mark.parametrize("without", ["weight", "levels"])
+def test_without_an_offset_errors_are_checked_as_they_are(
+    without: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(network_estimator, "BIAS", 1e-9 if without == "weight" else 1.0)
+    levels = BLOCKS if without == "weight" else BLOCKS[:3]
+    errors, shore_a = held_out(lambda y: 2.0 + 0.1 * y, levels)
+    checked = errors.less_offset(shore_a)
+    np.testing.assert_allclose(errors.offset(shore_a, RigModel.rate), 0.0, atol=1e-9)
+    np.testing.assert_allclose(checked.errors, errors.errors, atol=1e-9)
+
+
+def test_the_stated_error_of_a_biased_rig_includes_its_offset(
+    labelled: LabelledTouches, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw = []
+
+    def biased(*given: object) -> HeldOut:
+        scored = score_held_out(*given)
+        raw.append(scored.errors[-1] + 8.0)
+        return replace(scored, errors=scored.errors + 8.0)
+
+    monkeypatch.setattr(combined, "score_held_out", biased)
+    made = adapt_combined(pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions)
+    assert made.rmse < 0.8 * np.sqrt(np.mean(raw[0] ** 2))
+    assert any("with the change that the other blocks give" in note for note in made.notes)
 
 
 def test_an_offset_shifts_predictions_and_comes_back_from_files(
@@ -135,13 +188,13 @@ def test_the_network_can_be_taken_out_of_the_model(data: Dataset) -> None:
 def test_the_network_alone_keeps_the_widths_of_its_own_intervals(labelled: LabelledTouches) -> None:
     narrow = pretrained().widened(np.full(len(Rig.STAGES), 0.2))
     given = labelled.touches, labelled.shore_a, labelled.named_sessions
-    network, combined = adapt_network(narrow, *given).model, adapt_combined(narrow, *given).model
-    assert combined.regressions
-    restored = RigModel.from_arrays(combined.to_arrays(), combined.level)
-    assert not np.allclose(network.factors, combined.factors)
-    for made in (combined, restored):
+    network, average = adapt_network(narrow, *given).model, adapt_combined(narrow, *given).model
+    assert average.regressions
+    restored = RigModel.from_arrays(average.to_arrays(), average.level)
+    assert not np.allclose(network.factors, average.factors)
+    for made in (average, restored):
         np.testing.assert_allclose(made.network_alone().factors, network.factors, rtol=1e-6)
-        np.testing.assert_allclose(made.factors, combined.factors, rtol=1e-6)
+        np.testing.assert_allclose(made.factors, average.factors, rtol=1e-6)
 
 
 def test_the_mixture_and_the_network_must_both_be_of_use(adapted: Adapted) -> None:

@@ -69,16 +69,17 @@ def adapt_combined(
     held_out = score_held_out(condition, touches, shore_a, sessions, seed)
     if held_out is None:
         return replace(adapted, notes=("no pinch can be held out: the network predicts alone",))
+    offset = held_out.offset(shore_a, touches.rate)
+    held_out = held_out.less_offset(shore_a)
     check = held_out.check(base.level, touches.rate)
     average = condition(touches, shore_a).widened(check.scales)
-    offset = held_out.offset(shore_a, touches.rate)
     shifted = {finger: r.shifted(offset) for finger, r in average.regressions.items()}
     model = adapted.model.with_regressions(shifted, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors[-1])}
     note = (
         f"by held-out blocks, all predictions are changed by {-offset.max():+.1f} to "
-        f"{-offset.min():+.1f} Shore A, depending on the time; errors and intervals are "
-        "checked without that"
+        f"{-offset.min():+.1f} Shore A, depending on the time; the errors and intervals of a block "
+        "are checked with the change that the other blocks give"
     )
     notes = (note,) if offset.any() else ()
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check, notes)

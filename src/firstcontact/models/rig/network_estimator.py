@@ -159,16 +159,19 @@ class HeldOut:
     #: Errors at each scored time, shape (times, n). The last time is the longest.
     errors: Values
     from_mean: Values
-    ratios: Values
+    #: Half widths of the intervals, Shore A, shape (times, n).
+    halves: Values
+    #: Indices of the pinches, shape (n,).
     rows: NDArray[np.intp]
 
     def check(self, level: float, rate: float) -> IntervalCheck:
         """Check the intervals by split conformal prediction at each time (Lei et al. 2018)."""
         n = len(self.rows)
         rank = min(ceil((n + 1) * level), n)
-        needed = np.sort(self.ratios, axis=1)[:, rank - 1]
+        ratios = np.abs(self.errors) / self.halves
+        needed = np.sort(ratios, axis=1)[:, rank - 1]
         scales = np.maximum(np.interp(Rig.STAGES, Rig.stages_at_scored_times(rate), needed), 1.0)
-        return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
+        return IntervalCheck(n, float((ratios <= 1).mean(axis=1).min()), scales)
 
     def offset(self, shore_a: Values, rate: float) -> NDArray[np.float64]:
         """Return the likely bias on objects at each stage, from the rig's own blocks, Shore A.
@@ -177,18 +180,33 @@ class HeldOut:
         draws predictions to the middle, which is no bias. It is drawn to 0, the more so the worse
         the line fits.
         """
-        truth = shore_a[self.rows]
+        bias = self._bias(shore_a[self.rows], LEAST_LEVELS_OF_LINE)
+        return np.interp(Rig.STAGES, Rig.stages_at_scored_times(rate), bias)
+
+    def less_offset(self, shore_a: Values) -> HeldOut:
+        """Return the errors of a model with the offset, cross-fitted.
+
+        From the errors of each level, the offset that the other levels give is subtracted.
+        """
+        truth, errors = shore_a[self.rows], self.errors.copy()
         levels = np.unique(truth)
-        if len(levels) < LEAST_LEVELS_OF_LINE:
-            return np.zeros(len(Rig.STAGES))
+        for level in levels if len(levels) >= LEAST_LEVELS_OF_LINE else ():
+            others = replace(self, errors=self.errors[:, truth != level])
+            bias = others._bias(truth[truth != level], LEAST_LEVELS_OF_LINE - 1)
+            errors[:, truth == level] -= bias[:, None]
+        return replace(self, errors=errors)
+
+    def _bias(self, truth: Values, least_levels: int) -> NDArray[np.float64]:
+        """Return the offset at each scored time; zeros with too few levels for a line."""
+        levels = np.unique(truth)
+        if len(levels) < least_levels:
+            return np.zeros(len(self.errors))
         means = np.stack([self.errors[:, truth == level].mean(axis=1) for level in levels])
         line = np.stack([np.ones(len(levels)), levels - MIDDLE], axis=1)
         fitted = np.linalg.lstsq(line, means)[0]
         left = np.square(means - line @ fitted).sum(axis=0) / (len(levels) - 2)
         variance = np.maximum(left, LEAST_VARIANCE) * np.linalg.inv(line.T @ line)[0, 0]
-        out: NDArray[np.float64] = np.interp(
-            Rig.STAGES, Rig.stages_at_scored_times(rate), fitted[0] / (1.0 + variance / BIAS**2)
-        )
+        out: NDArray[np.float64] = fitted[0] / (1.0 + variance / BIAS**2)
         return out
 
 
@@ -206,15 +224,14 @@ def score_held_out(
             continue
         model = condition(touches.take(learn), shore_a[learn])
         test_touches, truth = touches.take(ask), shore_a[ask]
-        errors, ratios = [], []
+        errors, halves = [], []
         for ms in Touches.SCORED_MS:
             early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
             predictions = model.predict_touches(early)
-            half = model.half_widths(predictions.spread, early.valid)
+            halves.append(model.half_widths(predictions.spread, early.valid))
             errors.append(predictions.value - truth)
-            ratios.append(np.abs(errors[-1]) / half)
         from_mean = shore_a[learn].mean() - truth
-        parts.append((np.array(errors), from_mean, np.array(ratios), ask))
+        parts.append((np.array(errors), from_mean, np.array(halves), ask))
     if not parts:
         return None
     return HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))

@@ -80,7 +80,7 @@ def test_a_label_may_state_another_quantity(tmp_path: Path, name: str) -> None:
     labelling.close()
     dataset = load_dataset(tmp_path / "out" / "taps.mcap")
     assert dataset.quantity is QUANTITIES[name]
-    assert dataset.levels(dataset.quantity).tolist() == [15] * 3
+    assert dataset.label_values(dataset.quantity).tolist() == [15] * 3
 
 
 def test_crash_keeps_every_confirmed_label(tmp_path: Path) -> None:

@@ -52,7 +52,7 @@ def test_predictions_are_in_the_unit_of_the_labels(springs, model):
     learned = springs[~springs.test]
     made = model.predict(learned, contacts="known")
     assert made.target == STIFFNESS.name
-    factors = np.exp(np.abs(np.log(made.value / learned.levels(STIFFNESS))))
+    factors = np.exp(np.abs(np.log(made.value / learned.label_values(STIFFNESS))))
     assert np.median(factors) < 1.3
     assert (made.low > 0).all()
     assert (made.low < made.value).all()
@@ -63,7 +63,7 @@ def test_predictions_are_in_the_unit_of_the_labels(springs, model):
 def test_scores_are_factors_of_the_mean_of_logarithms(springs, model):
     *_, last = fc.evaluate(model, springs, contacts="known")
     seen = next(group for group in last.groups if group.title == "seen in training")
-    logarithms = np.log(springs.levels(STIFFNESS)[~springs.test])
+    logarithms = np.log(springs.label_values(STIFFNESS)[~springs.test])
     assert last.quantity is STIFFNESS
     assert seen.constant == pytest.approx(logarithms.std())
     [rmse] = seen.rmse.values()
@@ -98,7 +98,7 @@ def test_a_modulus_also_gives_the_network(tmp_path: Path):
     by_name = {p.name: p.quantity.name for p in made.predictors}
     assert by_name == {"combined": "shore_a", "svm": MODULUS.name}
     of_svm = made.predict(data[:4], contacts="known", estimator="svm")
-    assert np.median(np.abs(np.log(of_svm.value / data[:4].levels(MODULUS)))) < 0.5
+    assert np.median(np.abs(np.log(of_svm.value / data[:4].label_values(MODULUS)))) < 0.5
     scored = {e.predictor: e.target for e in fc.evaluate(made, data, contacts="known")}
     assert scored == by_name
 

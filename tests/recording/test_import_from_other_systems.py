@@ -115,8 +115,8 @@ def test_units_that_would_change_a_number_are_refused(tmp_path, check_refused, c
 )
 def test_labels_have_the_unit_of_their_name(tmp_path, name, value, stated):
     made = imported(long_csv(tmp_path, shore_a=None, **{name: [value] * 10}), tmp_path / "out")
-    quantity, level = made[0].label.level
-    assert level == pytest.approx(stated)
+    quantity, number = made[0].label.value
+    assert number == pytest.approx(stated)
     assert quantity is (STIFFNESS if "tiff" in name else MODULUS)
 
 

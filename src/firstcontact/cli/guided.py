@@ -84,7 +84,7 @@ class Terminal(Screen):
             )
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        level = f", {label.level_words}" if label.level else ""
+        level = f", {label.value_words}" if label.value else ""
         self._say_and_reset_timer(
             f"next: {label.object}{level}, specimen {label.specimen}, "
             f"{wanted - recorded} of {wanted} pinches to go"

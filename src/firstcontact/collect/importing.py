@@ -119,7 +119,7 @@ def import_recordings(
     }
     options = {name: value for name, value in given.items() if name in importer.options}
     _log.info("importing %s as %s", path, importer.name)
-    with IMPORTERS.calling(importer.name):
+    with IMPORTERS.convert_errors(importer.name):
         dataset = importer.read(path, rate, **options)
         if not isinstance(dataset, Dataset):
             raise TypeError(f"{type(dataset).__name__} is not a Dataset")
@@ -164,7 +164,7 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
         raise FileError(f"{path} does not exist: check the path")
     importer = None
     for name in IMPORTERS:  # plug-ins after the first that accepts the path are not imported
-        with IMPORTERS.calling(name):
+        with IMPORTERS.convert_errors(name):
             if IMPORTERS[name].accepts(path, tables):
                 importer = IMPORTERS[name]
                 break

@@ -317,7 +317,7 @@ def _items(
     if shore_a_of is None:
         return items
     return tuple(
-        replace(i, shore=shore_a_of(i.object)) if i.label("").level is None else i for i in items
+        replace(i, shore=shore_a_of(i.object)) if i.label("").value is None else i for i in items
     )
 
 

@@ -34,7 +34,7 @@ SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
 def make_detector(name: str, **options: Any) -> Detector:
     """Return an untrained detector by its name. ``options`` go to its constructor."""
     kind = DETECTORS.find(name)
-    with DETECTORS.calling(name):
+    with DETECTORS.convert_errors(name):
         return kind(**options)
 
 

@@ -43,7 +43,7 @@ class Block:
         return self.first_sample + len(self.data)
 
     def part(self, first: int, end: int) -> Block:
-        """Return the samples with the numbers ``first`` to ``end`` (exclusive), a view."""
+        """Return a block of the samples numbered ``first`` to ``end`` (exclusive), as a view."""
         data = self.data[first - self.first_sample : end - self.first_sample]
         return Block(data, first, self.epoch)
 

@@ -1,4 +1,4 @@
-"""Estimate of stiffness during a closing: a live event, and the input of grasp policies."""
+"""Stiffness estimate of one contact: a live event, and the input of grasp policies."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     out_of_range
         True if the contact is unlike the training data. The interval is then not reliable.
     final
-        True for the report that repeats the last estimate from samples before the second contact.
-        Each contact has one at most, and no later estimate replaces it. It comes once no second
-        contact can lie within the estimate: a hand acts on the estimates before it.
+        True for the event that repeats, as the result, the last estimate whose samples all lie
+        before the second contact. A contact has at most one. It is late, because the program must
+        first rule out a second contact among these samples: let a hand act on earlier estimates.
     in_time
         True if the estimate was available before the second finger touched. None (null in JSON)
         until the second contact is known or the pinch is finished, and without real-time samples.
@@ -39,9 +39,9 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     contact
         First contact of the closing (one movement of the hand onto an object).
     complete
-        Number of the last sample that was needed to predict and to detect the contact.
+        Device number of the last sample needed to detect the contact and to predict ``value``.
     epoch
-        Epoch of the samples: number of the run of the device's sample counter.
+        Epoch of the samples: each restart of the device's sample counter begins a new epoch.
     host
         Time at which the estimate was made, on the host's monotonic clock, s.
     compute
@@ -100,5 +100,5 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
+        """Device number of the last sample needed to report this event: ``complete``."""
         return self.complete

@@ -1,6 +1,6 @@
-"""Resistors of the amplifier board that twin, calibration and build page share, in ohm.
+"""Resistances on the amplifier board, in ohm, for the twin, the calibration and the build page.
 
-The one place of these numbers. It imports nothing, because KiCad's Python runs it, too.
+This module imports nothing, because KiCad's Python runs it, too.
 """
 
 #: From a column of the force array to ground: its divider.

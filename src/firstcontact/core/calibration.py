@@ -1,4 +1,4 @@
-"""Calibration of a pair of fingertips, measured before a recording, and its file."""
+"""Calibration of a pair of fingertips before a recording, and functions for calibration files."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ Size = Annotated[float, Meta(ge=0.0, le=1e9)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 
-def _check(record: Any, *, positive: Sequence[str], size: Sequence[str]) -> None:
-    """Raise InputError if a record's finger or numbers are invalid.
+def _check_fields(record: Any, *, positive: Sequence[str], size: Sequence[str]) -> None:
+    """Convert a record's finger and numbers to Finger and float. Raise ArgumentError if invalid.
 
-    Fields in ``positive`` must be above 0, optional fields in ``size`` 0 or more.
+    Fields named in ``positive`` must be above 0. Those in ``size`` must be 0 or more, or None.
     """
     if record.finger is not None:
         object.__setattr__(record, "finger", given_choice(Finger, record.finger, "finger"))
@@ -69,13 +69,13 @@ class VibrationCalibration:
     tap: Size | None = None
 
     def __post_init__(self) -> None:
-        _check(self, positive=("noise",), size=("tap",))
+        _check_fields(self, positive=("noise",), size=("tap",))
         given_number(self.offset, "offset", -1e9, 1e9)
 
 
 @dataclass(frozen=True, slots=True)
 class ForceCurve:
-    """Force curve of one fingertip's Velostat sensor. It converts voltages to newtons.
+    """Force curve of one fingertip's Velostat sensor, which converts its voltages to newtons.
 
     Velostat is a sheet whose conductance g rises with the force F: ``g = leak + gain F^exponent``.
     Sheet and resistor R form a voltage divider. R then has the voltage ``V = 3.3 R g / (1 + R g)``.
@@ -104,10 +104,10 @@ class ForceCurve:
     resistor: Positive = DIVIDER_OHM
 
     def __post_init__(self) -> None:
-        _check(self, positive=("gain", "exponent", "resistor"), size=("leak", "rms"))
+        _check_fields(self, positive=("gain", "exponent", "resistor"), size=("leak", "rms"))
 
     def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Convert voltages over the divider's resistor to forces on a taxel (force cell), N."""
+        """Convert voltages over the divider's resistor, V, to forces on a taxel (force cell), N."""
         ratio = np.clip(np.asarray(volts, dtype=np.float64) / ADC_VOLTS, 0.0, 0.999)
         conductance = ratio / (1.0 - ratio) / self.resistor
         newtons: NDArray[np.float64] = (np.maximum(conductance - self.leak, 0.0) / self.gain) ** (
@@ -156,7 +156,10 @@ class Calibration:
                 raise ArgumentError(message, parameter=name)
 
     def noise(self, finger: Finger | None) -> float | None:
-        """Return the resting noise (RMS) of a finger's vibration sensor; None if not measured."""
+        """Return the resting noise of a finger's vibration sensor; None if not measured.
+
+        It is the :attr:`VibrationCalibration.noise`, in the channel's unit.
+        """
         return next((p.noise for p in self.piezo if p.finger is finger), None)
 
     def to_json(self) -> dict[str, Any]:
@@ -166,14 +169,14 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Part of a file that identifies it as a calibration, with its version."""
+    """Fields that identify a JSON file as a calibration, and the version of its format."""
 
     format: str = ""
     version: int | None = None
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
-    """Write a calibration atomically and replace an existing file."""
+    """Write a calibration file atomically. Replace an existing file."""
     try:
         write_json(path, {"format": FORMAT, "version": VERSION, **calibration.to_json()})
     except OSError as error:
@@ -181,7 +184,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Raise InputError if a path cannot be written. It is called before a long measurement."""
+    """Raise FileError if the file ``path`` cannot be written. Call it before a measurement."""
     folder = next(parent for parent in path.absolute().parents if parent.exists())
     if path.is_dir():
         fault = errno.EISDIR
@@ -195,7 +198,7 @@ def check_writable(path: Path) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a file that :func:`write_calibration` wrote."""
+    """Read a calibration file. Raise FileError if it cannot be read or is not a calibration."""
     try:
         data = read_regular(path, LONGEST)
     except OSError as error:
@@ -209,7 +212,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration | None:
-    """Return a calibration, read from a file if the caller gave a path."""
+    """Read a calibration file if the caller gave a path. Return any other argument unchanged."""
     if isinstance(calibration, str | os.PathLike):
         return read_calibration(given_path(calibration, "calibration"))
     return calibration

@@ -97,7 +97,12 @@ class Dataset(Drawable):
         )
 
     def to_frame(self) -> DataFrame:
-        """Return labels, contacts and closing speeds as a pandas DataFrame, one row per pinch."""
+        """Return labels, contacts and closing speeds as a pandas DataFrame, one row per pinch.
+
+        Columns are the fields of :class:`~firstcontact.Label` and ``length_ms``, ``first_finger``,
+        ``first_contact_ms``, ``second_contact_ms`` (both from the first sample of the pinch) and
+        ``closing_speed_mm_s``. Unknown numbers are NaN. Raises InputError without pandas.
+        """
         require_modules("notebook", "pandas")
         from pandas import DataFrame
 
@@ -132,9 +137,9 @@ class Dataset(Drawable):
         Raises
         ------
         InputError
-            Labels state two quantities of which a dataset has one, such as Shore A and N/mm.
+            The labels state more than one of Shore A, Young's modulus and stiffness.
         """
-        stated = [q for q in QUANTITIES.values() if np.isfinite(self.levels(q)).any()]
+        stated = [q for q in QUANTITIES.values() if np.isfinite(self.label_values(q)).any()]
         measured = [q.name for q in stated if q in PHYSICAL]
         if len(measured) > 1:
             raise ArgumentError(
@@ -143,15 +148,20 @@ class Dataset(Drawable):
             )
         return stated[0] if stated else None
 
-    def levels(self, quantity: Quantity) -> NDArray[np.float64]:
-        """Return the object's label of one quantity in each pinch, NaN if unknown."""
+    def label_values(self, quantity: Quantity) -> NDArray[np.float64]:
+        """Return the value of one quantity in each pinch's label, such as the Shore A.
+
+        The array has the shape (pinches,) and the unit of ``quantity``. It is NaN where the label
+        does not state this quantity.
+        """
         return np.array([getattr(p.label, quantity.name) for p in self.pinches], dtype=np.float64)
 
     @property
     def shore_a(self) -> NDArray[np.float64]:
         """Shore A hardness of the object in each pinch, NaN if unknown, shape (pinches,).
 
-        If a label states a modulus instead, the Shore A is that of Gent's formula where it holds.
+        A Young's modulus in a label is converted by Gent's formula. Outside 5 to 90 Shore A, where
+        the formula does not hold, the value is NaN.
         """
         labels = (p.label for p in self.pinches)
         return np.array(
@@ -162,7 +172,7 @@ class Dataset(Drawable):
     @property
     def hardness_rank(self) -> NDArray[np.float64]:
         """Hardness rank of the object in each pinch, NaN if unknown, shape (pinches,)."""
-        return self.levels(RANK)
+        return self.label_values(RANK)
 
     @property
     def objects(self) -> NDArray[np.str_]:

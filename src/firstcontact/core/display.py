@@ -31,7 +31,11 @@ Progress = bool | Callable[[int], object] | None
 def progress_steps(
     progress: Progress, total: int | None, unit: str, title: str | None = None
 ) -> Iterator[Callable[[int], object]]:
-    """Yield a function to call with the number of steps just finished. Show a bar if requested."""
+    """Show a progress bar if requested. Yield the function that advances it.
+
+    Call the yielded function with the number of steps finished since the last call. ``progress`` is
+    True for a bar on standard error, a function to yield instead, or None or False for neither.
+    """
     if callable(progress):
         yield progress
     elif progress:
@@ -44,10 +48,10 @@ def progress_steps(
 
 
 class Drawable:
-    """Base class of objects that a notebook shows as a drawing.
+    """Base class of objects that a Jupyter notebook shows as a drawing.
 
-    The drawing comes from the entry point of the group ``firstcontact.drawings`` with the name of
-    the class, since plots stand above what they draw.
+    The function that draws is the entry point of the group ``firstcontact.drawings`` with the name
+    of the class, because this package must not import ``firstcontact.plots``.
     """
 
     __slots__ = ()

@@ -37,7 +37,7 @@ _NOT_EMPTY = (errno.ENOTEMPTY, errno.EEXIST)
 
 
 def given_path(path: object, parameter: str = "path") -> Path:
-    """Return a path that a caller gave. Raise InputError if its type or characters are invalid."""
+    """Convert a caller's path to Path. Raise ArgumentError for an invalid type or characters."""
     if not isinstance(path, str | os.PathLike):
         raise ArgumentError(f"{path!r} is not a path: give the path as text", parameter=parameter)
     if "\0" in os.fspath(path):
@@ -65,7 +65,7 @@ def resolved(path: Path) -> Path:
 def files_below(folder: Path, suffix: str) -> list[Path]:
     """Return the files with this suffix (lower case) in a folder and below it, sorted by name.
 
-    Hidden files and folders are no data: macOS puts ``._NAME`` beside each file on a memory stick.
+    Hidden files and folders are skipped: macOS puts ``._NAME`` beside each file on a memory stick.
     """
     matches: list[Path] = []
     for parent, folders, names in os.walk(folder):
@@ -76,7 +76,10 @@ def files_below(folder: Path, suffix: str) -> list[Path]:
 
 
 def file_in(folder: Path, name: str) -> Path:
-    """Return the path of a file in a folder. A name that differs only in case counts, too."""
+    """Return the path of the file in a folder whose name equals ``name``, if need be without case.
+
+    Return ``folder / name`` if there is no such file.
+    """
     if (folder / name).exists() or not folder.is_dir():
         return folder / name
     alike = (path for path in sorted(folder.iterdir()) if path.name.lower() == name.lower())
@@ -84,7 +87,7 @@ def file_in(folder: Path, name: str) -> Path:
 
 
 def open_regular(path: Path) -> IO[bytes]:
-    """Open a regular file for reading, and never wait for a pipe or a device."""
+    """Open a file for reading. Raise FileError, without waiting, for a pipe or a device."""
     # Without O_NONBLOCK, opening a named pipe waits for a writer.
     number = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     if not S_ISREG(os.fstat(number).st_mode):
@@ -94,7 +97,7 @@ def open_regular(path: Path) -> IO[bytes]:
 
 
 def read_regular(path: Path, most: int) -> bytes:
-    """Return the contents of a regular file of at most ``most`` bytes."""
+    """Return the bytes of a regular file. Raise FileError if it has more than ``most`` bytes."""
     with open_regular(path) as stream:
         if os.fstat(stream.fileno()).st_size > most:
             raise FileError(f"{path} has more than {most} bytes: choose the right file")
@@ -103,11 +106,14 @@ def read_regular(path: Path, most: int) -> bytes:
 
 @contextmanager
 def temporary_path(path: Path) -> Iterator[Path]:
-    """Yield a path in a temporary folder next to ``path``, with the same file name."""
+    """Yield a path with the file name of ``path``, in a new temporary folder next to it.
+
+    The temporary folder is removed at the end. Folders that killed writers left are removed first.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     for leftover in _siblings(path, "part"):
         _remove_if_dead(leftover)
-    folder, lock = _make(path)
+    folder, lock = _make_locked(path)
     try:
         yield folder / path.name
     finally:
@@ -116,7 +122,7 @@ def temporary_path(path: Path) -> Iterator[Path]:
 
 
 def cache_path(name: str) -> Path:
-    """Return a path in the user's cache, in ``XDG_CACHE_HOME`` or ``~/.cache``."""
+    """Return the path ``name`` in this package's part of ``XDG_CACHE_HOME`` or ``~/.cache``."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111
     if base.startswith("~"):  # as in a container whose user has no entry
         raise FileError("no folder of this user is known: set HOME or XDG_CACHE_HOME")
@@ -124,7 +130,11 @@ def cache_path(name: str) -> Path:
 
 
 def make_once(folder: Path, make: Callable[[Path], object]) -> None:
-    """Create a missing folder by ``make``. Other processes see it only when it is complete."""
+    """Create ``folder`` by calling ``make``, unless it exists.
+
+    ``make`` gets a temporary path at which to create the folder, so that other processes see it
+    only when it is complete. Raises FileError if the folder cannot be written.
+    """
     try:
         if folder.is_dir():
             return
@@ -141,7 +151,10 @@ def make_once(folder: Path, make: Callable[[Path], object]) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path with the same file name. The file written there replaces ``path``."""
+    """Yield a temporary path with the same file name. The file written there replaces ``path``.
+
+    If the body raises, ``path`` stays as it was.
+    """
     with temporary_path(path) as temporary:
         yield temporary
         temporary.replace(path)
@@ -149,7 +162,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def creating(path: Path) -> Iterator[Path]:
-    """Yield a temporary path like :func:`replacing`, for a file that must not exist yet."""
+    """Yield a temporary path like :func:`replacing`. Raise FileExistsError if ``path`` exists."""
     if os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     with temporary_path(path) as temporary:
@@ -166,7 +179,7 @@ def creating(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """Yield a new, empty folder that replaces ``path`` on success."""
+    """Yield a new, empty folder, which replaces the folder ``path`` unless the body raises."""
     path = resolved(path)
     _check_replaceable(path)
     try:
@@ -193,7 +206,11 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 def written_elsewhere(
     path: Path, error: OSError, write: Callable[[Path], object]
 ) -> OSError | InputError:
-    """Write a folder in another place if its own refuses it. Return an error that names both."""
+    """Save a folder in another place because ``path`` cannot be written. Return the error to raise.
+
+    ``write`` fills the folder that it gets. The returned error names both places. If no other place
+    can be written either, it is ``error``.
+    """
     if path.parent.suffix == ".part":  # this folder is temporary
         path = path.parent.with_name(path.name)
     for base in (path.parent, Path(tempfile.gettempdir())):
@@ -213,7 +230,10 @@ def written_elsewhere(
 
 
 def displaced_folder(path: Path) -> Path | None:
-    """Return the former folder if a writer was killed while it replaced the folder, else None."""
+    """Return where the old contents of ``path`` are if a writer was killed while replacing it.
+
+    Return None if ``path`` exists or has no old contents.
+    """
     path = resolved(path)
     if path.exists() or not path.parent.is_dir():
         return None
@@ -227,18 +247,18 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, tree: Any) -> None:
-    """Write a JSON file atomically. NaN is an error because JSON has none."""
+    """Write a JSON file atomically. Raise ValueError for NaN, which JSON cannot express."""
     write_text(path, json.dumps(tree, indent=2, allow_nan=False) + "\n")
 
 
 def _siblings(path: Path, kind: str) -> list[Path]:
-    """Return the temporary (".part") or former (".old") folders that belong to a path."""
+    """Return the temporary (kind "part") or replaced ("old") folders beside ``path``."""
     name = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.{kind}")
     return [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]
 
 
-def _make(path: Path) -> tuple[Path, int]:
-    """Create a temporary folder and lock it. Return the folder and the descriptor of the lock."""
+def _make_locked(path: Path) -> tuple[Path, int]:
+    """Create and lock a temporary folder beside ``path``. Return it and the lock's descriptor."""
     while True:
         folder = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
         folder.mkdir()

@@ -28,9 +28,9 @@ _MISSING = ("nan", "NaN", "<NA>", "NaT")
 
 
 def plain_name(text: str) -> str:
-    """Return a name without invisible characters, special fonts and spellings such as "1.0".
+    """Return a name in the one spelling that the package compares.
 
-    A missing value is "".
+    Invisible characters and special fonts are removed, "1.0" becomes "1", and "nan" becomes "".
     """
     seen = unicodedata.normalize("NFKC", _UNSEEN.sub("", text))
     seen = unicodedata.normalize("NFKC", " ".join(_UNSEEN.sub("", seen).split()))
@@ -59,7 +59,7 @@ def given_number(value: Any, parameter: str, low: float, high: float, remedy: st
 
 
 def given_whole(value: Any, parameter: str) -> int:
-    """Return a whole number as int. Raise ArgumentError for any other value."""
+    """Return a whole number, such as 3.0, as int. Raise ArgumentError for any other value."""
     if type(value) is int:
         return value
     if is_number(value) and math.isfinite(value) and value == int(value):
@@ -68,7 +68,10 @@ def given_whole(value: Any, parameter: str) -> int:
 
 
 def given_choice(kind: type[Choice], value: Any, parameter: str) -> Choice:
-    """Return the member of an enumeration that a value or its text stands for."""
+    """Return the member of the enumeration ``kind`` that a value or text states.
+
+    Raises ArgumentError, which lists the members, for any other value.
+    """
     try:
         return kind(value.strip().lower() if isinstance(value, str) else value)
     except ValueError:
@@ -83,7 +86,7 @@ def is_number(value: Any) -> bool:
 
 
 def brief(value: object, most: int = 60) -> str:
-    """Return a value for a message, in at most ``most`` characters."""
+    """Return the ``repr`` of a value for an error message, cut to ``most`` characters."""
     try:
         text = repr(value)
     except ValueError:  # Python refuses to print numbers of thousands of digits

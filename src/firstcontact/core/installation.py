@@ -34,7 +34,7 @@ CLONE = Path(__file__).parents[3]
 
 
 def require_extra(entry: Any) -> None:
-    """Raise InputError with the install command if packages for a registered entry are missing."""
+    """Raise InputError with the install command if a registry's entry needs missing packages."""
     require_modules(entry.extra, *entry.modules)
 
 
@@ -54,7 +54,7 @@ def missing_modules(modules: Iterable[str]) -> list[str]:
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra of this package."""
+    """Return the pip command that installs an extra (optional packages) of this package."""
     pip = [sys.executable, "-m", "pip", "install"]
     if (CLONE / "pyproject.toml").is_file():
         return shlex.join([*pip, "-e", f"{CLONE}[{extra}]"])
@@ -72,7 +72,7 @@ def import_onnxruntime() -> Any:
 
 @cache  # reading a package's metadata takes milliseconds, and pages are rendered again and again
 def installed_versions() -> dict[str, str]:
-    """Return the versions of Python and of the installed packages that results depend on."""
+    """Return version texts by name, of Python and the installed packages that results depend on."""
     versions = {"python": platform.python_version()}
     for package in PACKAGES:
         with suppress(metadata.PackageNotFoundError):
@@ -82,7 +82,10 @@ def installed_versions() -> dict[str, str]:
 
 @cache
 def load_compiled(name: str) -> Any:
-    """Return a module of compiled functions, such as ``firstcontact.twin._compiled``."""
+    """Import a module of compiled functions, such as ``firstcontact.twin._compiled``.
+
+    Raises InputError if it is missing, or was compiled from other C sources than the clone's.
+    """
     try:
         module = import_module(name)
     except ImportError as error:

@@ -11,7 +11,10 @@ Real = NDArray[Any]  # of float32 or float64
 
 
 class RbfKernel:
-    """RBF kernel ``exp(-gamma |x - v|²)`` of inputs x and fixed vectors v (vectors, inputs)."""
+    """RBF kernel ``exp(-gamma |x - v|²)`` between inputs x and fixed vectors v.
+
+    ``vectors`` are the support vectors v of a kernel machine, shape (vectors, features).
+    """
 
     def __init__(self, vectors: Real, gamma: float) -> None:
         self._gamma = gamma
@@ -26,7 +29,7 @@ class RbfKernel:
         return len(self._norms)
 
     def rows(self, x: Real) -> Real:
-        """Return the kernel values, shape (n, vectors), of inputs with shape (n, inputs)."""
+        """Return the kernel values, shape (n, vectors), of n inputs, shape (n, features)."""
         exponent = x @ self._scaled.T
         exponent += self._norms
         exponent -= self._gamma * np.einsum("ij,ij->i", x, x)[:, None]

@@ -250,7 +250,7 @@ class Layout:
 
     @property
     def vibration_unit(self) -> str:
-        """Unit of the vibration channels, such as "V"; several are joined by "and"."""
+        """Unit of the vibration channels, such as "V", or "V and m/s2" for several units."""
         return " and ".join(sorted({c.unit or "no unit" for c in self.vibration}))
 
     @property
@@ -261,11 +261,14 @@ class Layout:
 
     @property
     def has_strip(self) -> bool:
-        """True if there is a channel of a contact strip, which shows when a finger touches."""
+        """True if a channel is a contact strip, a switch that closes when a finger touches."""
         return any(c.kind is ChannelKind.STRIP for c in self.channels)
 
     def physical(self, data: NDArray[Any], columns: tuple[int, ...]) -> NDArray[np.float64]:
-        """Convert some columns of raw samples, shape (samples, channels), to physical units."""
+        """Convert columns of raw samples to physical units, shape (samples, len(columns)).
+
+        ``data`` has the shape (samples, width). ``columns`` are the column numbers to convert.
+        """
         return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:

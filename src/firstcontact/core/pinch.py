@@ -93,15 +93,18 @@ class Label:
                 object.__setattr__(self, name, number)
 
     @property
-    def level(self) -> tuple[Quantity, float] | None:
-        """Quantity that the label states and its value; None without one."""
+    def value(self) -> tuple[Quantity, float] | None:
+        """Quantity that the label states, and its value in the unit of the quantity.
+
+        None if the label states neither Shore A, modulus, stiffness nor rank.
+        """
         known = ((q, getattr(self, name)) for name, q in QUANTITIES.items())
         return next(((q, value) for q, value in known if value is not None), None)
 
     @property
-    def level_words(self) -> str:
+    def value_words(self) -> str:
         """Stated value with its unit, such as "40 Shore A"; "" if unknown."""
-        return "" if self.level is None else self.level[0].label_words(self.level[1])
+        return "" if self.value is None else self.value[0].label_words(self.value[1])
 
     def to_json(self) -> dict[str, Any]:
         """Return the label as a dict for JSON. An unknown shape, modulus or stiffness is absent."""
@@ -165,7 +168,11 @@ class ClosingSpeed:
 
 
 def first_closed_sample(strip: NDArray[Any], first_sample: int = 0) -> int | None:
-    """Return the number of the first sample at which a strip is closed; None if it stays open."""
+    """Return the number of the first sample at which a contact strip is closed.
+
+    ``strip`` is 0 while open. ``first_sample`` is the device sample number of ``strip[0]``. Returns
+    None if the strip stays open.
+    """
     return first_sample + int(np.argmax(strip != 0)) if strip.any() else None
 
 
@@ -184,7 +191,11 @@ def check_contacts(
     motor_start: int | None = None,
     hints: Sequence[Contact] = (),
 ) -> None:
-    """Raise InputError for contacts that are doubled, out of order, or outside their pinch."""
+    """Raise ArgumentError if contacts or the motor start do not fit a pinch.
+
+    A pinch has at most one contact of each finger, in time order. All must lie within the samples
+    ``first_sample`` to ``end`` (exclusive), as must the contacts found by a detector, ``hints``.
+    """
     samples = [c.sample for c in contacts]
     fingers = [c.finger for c in contacts if c.finger is not None]
     if samples != sorted(samples) or len(set(fingers)) < len(fingers):
@@ -202,7 +213,10 @@ def check_contacts(
 
 
 def _samples(data: Any, layout: Layout) -> NDArray[Any]:
-    """Return samples as an array. Masked samples become NaN."""
+    """Convert the samples of a pinch to an array. Masked samples become NaN.
+
+    Raises ArgumentError if they are not numbers of shape (samples, layout.width).
+    """
     if isinstance(data, np.ma.MaskedArray):
         masked = np.ma.getmaskarray(data)
         data = np.where(masked, np.nan, data.data) if masked.any() else data.data
@@ -309,8 +323,8 @@ class Pinch(Drawable):
         """Return a text with object, duration and first contact, without the samples."""
         first, rate = self.first, self.layout.rate
         parts = [self.label.object or "unknown object", f"{len(self.data) / rate * 1e3:.1f} ms"]
-        if self.label.level is not None:
-            parts.insert(1, self.label.level_words)
+        if self.label.value is not None:
+            parts.insert(1, self.label.value_words)
         if first is not None:
             at = (first.sample - self.first_sample) / rate * 1e3
             parts.append(f"{finger_name(first.finger)} first at {at:.1f} ms")

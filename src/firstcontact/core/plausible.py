@@ -43,7 +43,10 @@ def is_clock(values: NDArray[Any]) -> bool:
 
 
 def clock_note(names: Sequence[str], pinches: Sequence[NDArray[Any]]) -> str:
-    """Return a sentence about a column that is a clock in all pinches; "" if there is none."""
+    """Return a warning that names a column that is a clock in all pinches; "" if there is none.
+
+    ``names`` are the names of the columns of each array in ``pinches``, shape (samples, columns).
+    """
     for column, name in enumerate(names):
         if pinches and all(is_clock(pinch[:, column]) for pinch in pinches):
             return f"{name} rises steadily, as a clock or a counter does: name the sensor's column"
@@ -51,7 +54,10 @@ def clock_note(names: Sequence[str], pinches: Sequence[NDArray[Any]]) -> str:
 
 
 def are_alike(one: NDArray[Any], other: NDArray[Any], *, is_noise: bool = False) -> bool:
-    """Return True if two signals are the same, up to an offset, a factor and little noise."""
+    """Return True if two signals are the same, up to an offset, a factor and little noise.
+
+    ``is_noise`` is True for signals at rest. Their differences must then correlate, too.
+    """
     a, b = one.astype(np.float64), other.astype(np.float64)
     if is_noise:
         return min(_correlation(a, b), _correlation(np.diff(a), np.diff(b))) > ALIKE_NOISE
@@ -59,9 +65,9 @@ def are_alike(one: NDArray[Any], other: NDArray[Any], *, is_noise: bool = False)
 
 
 def gravity_note(name: str, vectors: NDArray[Any], unit: str) -> str:
-    """Return a sentence if an acceleration at rest differs from gravity; "" if it does not.
+    """Return a warning if gravity in an acceleration is 9.81 times too large or small, else "".
 
-    ``vectors`` has the shape (samples, 3) and is in m/s2.
+    ``vectors`` has the shape (samples, 3), in ``unit``. Units other than m/s2 are not checked.
     """
     if unit != "m/s2" or vectors.ndim != 2 or vectors.shape[1] != 3:
         return ""
@@ -76,7 +82,10 @@ def gravity_note(name: str, vectors: NDArray[Any], unit: str) -> str:
 
 
 def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = False) -> str:
-    """Return a sentence if signals, shape (samples, columns), equal each other; "" if not."""
+    """Return a warning that names two equal columns of ``signals``; "" if there are none.
+
+    ``signals`` has the shape (samples, columns). ``is_noise`` is that of :func:`are_alike`.
+    """
     for k, j in combinations(range(len(names)), 2):
         if are_alike(signals[:, k], signals[:, j], is_noise=is_noise):
             return (
@@ -88,7 +97,7 @@ def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = 
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Return the squared correlation of two signals; 0 if one is constant."""
+    """Return the squared correlation of two signals; 0 if one is constant or very short."""
     if len(a) < FEWEST:
         return 0.0
     a, b = a - a.mean(), b - b.mean()

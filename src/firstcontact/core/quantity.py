@@ -1,4 +1,4 @@
-"""Quantities that labels state and models predict: their units, scales and words."""
+"""Quantities that labels state and models predict, such as Shore A: units, scales and texts."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ GENT_HOLDS = (5.0, 90.0)
 class Quantity:
     """Quantity that a label states and a model predicts.
 
-    A logarithmic quantity is learned and scored as natural logarithms. Its errors are factors.
+    Models learn a logarithmic quantity as natural logarithms. Its errors are factors.
 
     Parameters
     ----------
     name
         Name of the label, such as "stiffness_n_per_mm".
     title, unit
-        Name for people, and unit after a number.
+        Name of the quantity in texts and figures, and unit after a number.
     least, most
         Smallest and largest value of a label.
     is_logarithmic
         True for a positive quantity whose values differ by factors.
     is_clipped
-        True if intervals end at ``least`` and ``most``.
+        True if prediction intervals are cut at ``least`` and ``most``.
     units
-        Units that a table may use, in lower case, with the factor that converts them.
+        Factors that convert to ``unit``, by the name in lower case of each unit in a table.
 
     Examples
     --------
@@ -69,14 +69,17 @@ class Quantity:
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Ends of the scale to which intervals are clipped; None for a scale without ends."""
+        """Scaled ``least`` and ``most``, to which intervals are clipped; None if not clipped."""
         if not self.is_clipped:
             return None
         low, high = self.scaled(np.array([self.least, self.most]))
         return float(low), float(high)
 
     def scaled(self, values: NDArray[Any]) -> NDArray[np.float64]:
-        """Return values as models learn them: logarithms for a logarithmic quantity."""
+        """Convert values to the scale on which models learn them.
+
+        These are natural logarithms for a logarithmic quantity, else the values themselves.
+        """
         out: NDArray[np.float64] = np.asarray(values, np.float64)
         if not self.is_logarithmic:
             return out
@@ -85,12 +88,12 @@ class Quantity:
         return logs
 
     def restored(self, scaled: NDArray[Any]) -> NDArray[np.float64]:
-        """Return values in the quantity's unit, from what :meth:`scaled` returned."""
+        """Convert scaled values back to the quantity's unit. The inverse of :meth:`scaled`."""
         out: NDArray[np.float64] = np.asarray(scaled, np.float64)
         return np.exp(np.clip(out, -LOGARITHM_MOST, LOGARITHM_MOST)) if self.is_logarithmic else out
 
     def words(self, value: float, low: float = np.nan, high: float = np.nan) -> str:
-        """Return a value with its unit as text, with the interval if its ends differ."""
+        """Return a text with a value, its unit, and the interval if ``high`` is above ``low``."""
         if self.is_logarithmic:
             ends = f" ({_figures(low)} to {_figures(high)})" if high > low else ""
             return f"{_figures(value)} {self.unit}{ends}"
@@ -98,20 +101,20 @@ class Quantity:
         return f"{value:.1f} {self.unit}{ends}"
 
     def label_words(self, value: float) -> str:
-        """Return the value of a label with its unit, such as "40 Shore A"."""
+        """Return a text with the value of a label and its unit, such as "40 Shore A"."""
         return f"{value:g} {self.unit}" if self.is_clipped else f"{self.title} {value:g}"
 
     def error_words(self, error: float) -> str:
-        """Return an error of scaled values as text: a factor, or a difference with its unit."""
+        """Return an error on the scale of :meth:`scaled` as text: "2.00 Shore A" or "x1.20"."""
         return f"x{exp(error):.2f}" if self.is_logarithmic else f"{error:.2f} {self.unit}"
 
     def width_words(self, width: float) -> str:
-        """Return the width of an interval of scaled values: a ratio, or a difference with unit."""
+        """Return an interval's width on the scale of :meth:`scaled`: "2.0 Shore A" or "x1.20"."""
         return self.error_words(width) if self.is_logarithmic else f"{width:.1f} {self.unit}"
 
 
 def _figures(value: float) -> str:
-    """Return a number with three significant figures, or all digits before the point."""
+    """Return a number as text: three significant figures, and all digits before the point."""
     return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
 
 
@@ -143,7 +146,7 @@ PHYSICAL = (SHORE_A, MODULUS, STIFFNESS)
 
 
 def shore_a_of_modulus(modulus_mpa: float | None) -> float | None:
-    """Return the Shore A of an elastomer; None where Gent's formula does not hold."""
+    """Convert Young's modulus, MPa, to Shore A by Gent's formula; None outside 5 to 90 Shore A."""
     if modulus_mpa is None:
         return None
     shore_a = gent_shore_a(1e6 * modulus_mpa)
@@ -151,5 +154,5 @@ def shore_a_of_modulus(modulus_mpa: float | None) -> float | None:
 
 
 def modulus_of_shore_a(shore_a: float) -> float | None:
-    """Return Young's modulus in MPa; None where Gent's formula does not hold."""
+    """Convert Shore A to Young's modulus, MPa, by Gent's formula; None outside 5 to 90 Shore A."""
     return 1e-6 * gent_modulus(shore_a) if GENT_HOLDS[0] <= shore_a <= GENT_HOLDS[1] else None

@@ -37,7 +37,11 @@ def read_record(
     longest: int = LONGEST,
     error: type[InputError] = FileError,
 ) -> T:
-    """Read JSON as a value of the type ``kind``. Raise ``error`` for any other content."""
+    """Parse untrusted JSON as a value of the type ``kind``.
+
+    Raises ``error`` if the data are longer than ``longest`` bytes or do not fit the type. The
+    message names the file or sender, ``origin``, and ends with ``remedy``.
+    """
     if len(data) > longest:
         raise error(f"{origin} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
     try:
@@ -51,7 +55,7 @@ def read_record(
 
 
 def _sentence(problem: str) -> str:
-    """Return an error of msgspec reworded as a sentence that begins with the field."""
+    """Reword an error message of msgspec as a sentence that begins with the field."""
     reason, _, place = problem.rpartition(" - at `")
     if not reason:
         return _short(problem)
@@ -67,14 +71,17 @@ def _short(text: str, most: int = 200) -> str:
 class Record(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
-    """Base class of JSON objects. Reading refuses other fields; writing omits default values.
+    """Base class of records stored as JSON. Unknown fields are errors; default values are omitted.
 
     A subclass must repeat ``frozen=True, kw_only=True`` for type checkers and msgspec.
     """
 
 
 class ByName(Mapping[str, Each], Generic[Each, About]):
-    """Mapping from names to records. In JSON, fields that are always there come first."""
+    """JSON object that maps names to records, beside a few fixed fields.
+
+    ``entries`` are the records by name. ``about`` is a record of the fixed fields, written first.
+    """
 
     __slots__ = ("about", "entries")
 
@@ -103,7 +110,7 @@ def _encode_by_name(value: object) -> dict[str, Any]:
 
 
 def decode_by_name(kind: Any, tree: Any) -> Any:
-    """Decode a :class:`ByName` field for msgspec."""
+    """Convert parsed JSON to a :class:`ByName` of the type ``kind``, as msgspec's ``dec_hook``."""
     entry, about = get_args(kind)
     entry_type: Any = dict[str, entry]  # type: ignore[valid-type]
     if not isinstance(tree, dict):

@@ -18,7 +18,10 @@ _log = logging.getLogger("firstcontact.core")
 
 @contextmanager
 def foreign_errors(code: str) -> Iterator[None]:
-    """Turn exceptions of a plug-in's or user's code into InputError: "MyModel.fit raised ..."."""
+    """Convert exceptions of a plug-in's or user's code to InputError: "``code`` raised ...".
+
+    InputError, and errors about a file, pass unchanged.
+    """
     try:
         yield
     except Exception as error:
@@ -43,7 +46,7 @@ class Registry(Mapping[str, E], Generic[E]):
 
     An entry is imported on first use: looking up a name imports one plug-in, and iterating imports
     all. A plug-in that fails to load is left out. The log and :attr:`failed` state its name and the
-    reason. Figures and tables list the entries in this order.
+    reason. Built-in entries come first, then plug-ins by name.
 
     Parameters
     ----------
@@ -126,12 +129,15 @@ class Registry(Mapping[str, E], Generic[E]):
         return sum(1 for _ in self)
 
     def find(self, name: str) -> E:
-        """Return the entry with this name. With ``maker``, a name can be ``PACKAGE:NAME``.
+        """Return the entry called ``name``, such as the detector "cusum". Import it if needed.
+
+        If the registry has a ``maker``, a name with a colon (``PACKAGE:NAME``) makes a new entry.
 
         Raises
         ------
         InputError
-            No entry has this name, or its plug-in failed to load. The message says which.
+            No entry has this name, or its plug-in failed to load. The message lists the names, or
+            says why the plug-in failed.
         """
         if ":" in name and self._maker is not None and name not in self._loaded:
             made: E = self._import(self._maker)(name)  # type: ignore[operator]
@@ -161,10 +167,10 @@ class Registry(Mapping[str, E], Generic[E]):
             for entries in (self._loaded, self._included, self.failed):
                 entries.clear()
 
-    def calling(self, name: str) -> AbstractContextManager[None]:
-        """Return a context manager in which to call methods of the entry with this name.
+    def convert_errors(self, name: str) -> AbstractContextManager[None]:
+        """Return a context manager for calls of the methods of the entry called ``name``.
 
-        Exceptions of a plug-in become an InputError that names the plug-in.
+        If the entry is a plug-in, exceptions in the body become an InputError that names it.
         """
         return foreign_errors(self._title(name)) if name in self._find_plugins() else nullcontext()
 
@@ -205,7 +211,7 @@ class Registry(Mapping[str, E], Generic[E]):
             return True
 
     def _check(self, name: str, entry: Any) -> None:
-        """Raise TypeError if an entry has another name or type, or lacks a method."""
+        """Raise TypeError if a plug-in's entry has another name or type, or lacks a method."""
         if entry.name != name:
             raise TypeError(f"its attribute 'name' is {entry.name!r}, not {name!r}")
         if self._base is None:

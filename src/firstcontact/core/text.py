@@ -27,7 +27,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def nouns(number: int, noun: str) -> str:
-    """Return a regular noun in the singular for 1, else in the plural."""
+    """Return a regular noun, in the plural unless ``number`` is 1."""
     if number == 1:
         return noun
     if noun.endswith("y") and noun[-2:-1] not in "aeiou":
@@ -36,7 +36,7 @@ def nouns(number: int, noun: str) -> str:
 
 
 def percent(share: float, decimals: int = 1) -> str:
-    """Return a share from 0 to 1 as a percentage."""
+    """Return a share from 0 to 1 as text, such as "98.2 %". Only a share of 1 reads 100 %."""
     for places in range(decimals, MOST_DECIMALS + 1):
         text = f"{100 * share:.{places}f}"
         if share >= 1 or float(text) < 100:
@@ -45,7 +45,10 @@ def percent(share: float, decimals: int = 1) -> str:
 
 
 def parse_float(text: str, *, finite: bool = True) -> float:
-    """Return the number in a text: digits, at most one decimal point, an optional exponent."""
+    """Convert a text such as "-1.5e3" to float. Raise ValueError for any other spelling.
+
+    The error's message continues a sentence about the text: "which is not a number".
+    """
     try:
         value = float(_plain_digits(text))
     except ValueError:
@@ -56,7 +59,7 @@ def parse_float(text: str, *, finite: bool = True) -> float:
 
 
 def parse_int(text: str) -> int:
-    """Return the whole number in a text without a decimal point; see :func:`parse_float`."""
+    """Convert a text without a decimal point to int. Raise ValueError as :func:`parse_float`."""
     try:
         return int(_plain_digits(text))
     except ValueError:
@@ -80,12 +83,12 @@ def one_line(text: str) -> str:
 
 
 def summarize_error(error: BaseException) -> str:
-    """Return type and message of an exception in one line."""
+    """Return the type and message of an exception in one line: "KeyError: 'name'"."""
     return " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
 
 
 def check_text(text: object, parameter: str = "") -> None:
-    """Raise InputError for a text that a recording cannot store."""
+    """Raise ArgumentError unless ``text`` is a str that UTF-8 can store."""
     if not isinstance(text, str):
         raise ArgumentError(f"{text!r} is not a text: put it in quotes", parameter=parameter)
     try:

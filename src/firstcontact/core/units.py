@@ -43,10 +43,10 @@ _ENDING = re.compile(r".*?(?:_|\s*[(\[])([^_()\[\]]+)[)\]]?")
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """Unit of numbers: a value in the unit ``name`` is ``(number - offset) * scale``.
+    """Unit of recorded numbers: ``(number - offset) * scale`` is the value in the unit ``name``.
 
-    ``bits`` is the width of the converter whose numbers these are, and ``is_assumed`` is True if
-    nobody stated it.
+    ``bits`` is the resolution if the numbers are counts of an analog-to-digital converter, else
+    None. ``is_assumed`` is True if the user did not state the resolution.
     """
 
     name: str
@@ -57,7 +57,10 @@ class Unit:
 
 
 def converter(bits: int, volts: float, *, is_assumed: bool = False) -> Unit:
-    """Return the unit of an analog-to-digital converter whose input rests at half its range."""
+    """Return the unit of an analog-to-digital converter's counts.
+
+    The converter reads 0 to ``volts``. Its input rests at half the range, which becomes 0 V.
+    """
     steps = 2.0**bits
     return Unit(VOLTS, volts / steps, steps / 2, bits, is_assumed)
 
@@ -87,7 +90,7 @@ def parse_unit(text: str) -> Unit | None:
 
 
 def known_unit(text: str) -> Unit:
-    """Return the unit that a text names. Values of unknown units are not converted."""
+    """Return the unit that a text names; for an unknown unit, one that converts nothing."""
     unit = parse_unit(text)
     return Unit(text) if unit is None or unit.is_assumed else unit
 
@@ -106,10 +109,11 @@ def fit_unit(
     is_force: bool = False,
     error: type[InputError] = FileError,
 ) -> Unit:
-    """Return the unit of a vibration's or force's numbers, shape (samples, columns).
+    """Check if recorded numbers can have a unit. Return the unit, with its offset corrected.
 
-    Numbers around 0 of a converter with stated bits have no offset. Raise ``error`` if the numbers
-    cannot have this unit.
+    ``values`` are numbers of a vibration, or of a force, shape (samples, columns). The offset
+    becomes 0 for counts of a converter with stated bits that lie around 0. Raises ``error``, with
+    the name ``origin``, if the numbers cannot have this unit.
     """
     if not values.size:
         return unit

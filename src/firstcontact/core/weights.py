@@ -53,7 +53,11 @@ def write_weights(
     arrays: Mapping[str, NDArray[Any]],
     kind: type[Any],
 ) -> None:
-    """Write the weights, then the card with their checksum."""
+    """Write arrays to the file ``weights``, then the JSON file ``card`` with their checksum.
+
+    ``tree`` holds the fields of the card, to which versions and checksum are added. ``kind`` is the
+    type that the card must fit. Without arrays, an existing weights file is removed.
+    """
     from safetensors.numpy import save
 
     # ascontiguousarray would turn a scalar into an array with one axis.
@@ -77,7 +81,11 @@ def write_weights(
 def read_card(
     path: Path, noun: str, expected_format: str, expected_version: int, kind: type[T]
 ) -> T:
-    """Read a card of trained weights. Raise ModelError for another format or version."""
+    """Read the JSON card of trained weights as a value of the type ``kind``.
+
+    Raises ModelError, with ``noun`` for the model, if the card cannot be read or has another format
+    or version.
+    """
     try:
         text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:
@@ -102,7 +110,10 @@ def read_card(
 
 
 def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
-    """Read a file of at most ``most`` bytes. Raise ModelError if its checksum is another."""
+    """Return the bytes of a file that ``card`` describes. Raise ModelError for another checksum.
+
+    Also raises ModelError if the file cannot be read, and FileError above ``most`` bytes.
+    """
     try:
         raw = read_regular(path, most)
     except OSError:
@@ -116,12 +127,15 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
 
 
 def digest(data: bytes) -> str:
-    """Return the SHA-256 of data as text, as cards store it."""
+    """Return the SHA-256 checksum of data as 64 hexadecimal digits, as cards store it."""
     return hashlib.sha256(data).hexdigest()
 
 
 def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a safetensors file. Raise ModelError if its checksum is another."""
+    """Return the arrays of a safetensors file by name. Raise ModelError if the file is damaged.
+
+    ``sha256`` is the checksum that the file ``card`` states.
+    """
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
@@ -146,7 +160,10 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
 def take_array(
     arrays: Mapping[str, NDArray[Any]], name: str, *shape: int | None
 ) -> NDArray[np.floating]:
-    """Return the array with this name. Raise ModelError for another shape or invalid values."""
+    """Return the array called ``name``. Raise ModelError for another shape or invalid values.
+
+    None in ``shape`` accepts any size of an axis.
+    """
     if name not in arrays:
         raise ModelError(f"the array '{name}' is missing")
     array = arrays[name]

@@ -161,7 +161,7 @@ def source_kind(device: str) -> SourceKind:
     if not Path(device).is_char_device():
         for name in SOURCES:
             if name not in SOURCES.builtin_names:
-                with SOURCES.calling(name):
+                with SOURCES.convert_errors(name):
                     if SOURCES[name].accepts(device):
                         return SOURCES[name]
     return SOURCES[SOURCES.default]
@@ -172,7 +172,7 @@ def list_devices() -> list[tuple[str, str]]:
     devices: list[tuple[str, str]] = []
     for name, kind in SOURCES.items():
         if kind.discover is not None:
-            with SOURCES.calling(name):
+            with SOURCES.convert_errors(name):
                 devices += kind.discover()
     return devices
 
@@ -226,7 +226,7 @@ def open(
     device = os.fspath(device)
     _log.info("opening %s", device)
     kind = source_kind(device)
-    with SOURCES.calling(kind.name):
+    with SOURCES.convert_errors(kind.name):
         source = kind.make(device, SourceOptions(speed, condition, seed, objects, fault))
         if not isinstance(source, Source):
             raise TypeError(f"{type(source).__name__} is not a source")

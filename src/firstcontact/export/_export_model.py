@@ -78,5 +78,5 @@ def export_model(
         learned = resample_dataset(learned, loaded.rate)
     if budget_us is not None:
         loaded = small_enough(loaded, learned, budget_us)
-    with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
+    with replacing_folder(place) as making, MODEL_EXPORTERS.convert_errors(to):
         return list(exporter.write(loaded, making))

@@ -59,7 +59,7 @@ def find_hand(hand: object) -> type[Hand] | Hand:
 def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
     """Return a hand that is not open yet. It runs in a separate process if its class says so."""
     made: Callable[[Any], Hand] = kind
-    with HANDS.calling(kind.name):
+    with HANDS.convert_errors(kind.name):
         if kind.of_source is None:
             is_separate = kind.separate and can_separate(kind)
             return SeparateHand(kind, port) if is_separate else made(port)
@@ -142,5 +142,5 @@ def live_policy(policy: str | type[Policy] | Policy, grip: Grip | None = None) -
     kind = find_policy(policy)
     if isinstance(kind, Policy):
         return kind
-    with foreign_errors(f"policy {kind.name!r}"), POLICIES.calling(kind.name):
+    with foreign_errors(f"policy {kind.name!r}"), POLICIES.convert_errors(kind.name):
         return kind(grip or Grip())

@@ -143,7 +143,7 @@ def _evaluation(
         scored_at = [ms / 1000 for ms in Touches.SCORED_MS]
     predictions = {at: predictor.predict_pinches(dataset, aligned.contacts, at) for at in scored_at}
     quantity = predictor.quantity
-    truth = dataset.shore_a if quantity is SHORE_A else dataset.levels(quantity)
+    truth = dataset.shore_a if quantity is SHORE_A else dataset.label_values(quantity)
     if is_foreign:
         odd = np.ones(len(dataset), np.bool_)
         predictions = {at: replace(p, out_of_range=odd) for at, p in predictions.items()}

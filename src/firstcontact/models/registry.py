@@ -76,7 +76,7 @@ def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -
     from firstcontact.models.estimator import Estimator
 
     entry = find_estimator(estimator)
-    with ESTIMATORS.calling(entry.name):
+    with ESTIMATORS.convert_errors(entry.name):
         if not issubclass(entry, Estimator):
             raise ArgumentError(
                 f"{entry.name} cannot be fitted to windows, because it needs whole contacts: use "

@@ -125,7 +125,7 @@ def full_specimen(label: Label) -> str:
 
 
 def _kind(label: Label) -> tuple[str, ...]:
-    level = "" if label.level is None else f"{label.level[1]:g}"
+    level = "" if label.value is None else f"{label.value[1]:g}"
     return tuple(s for s in (label.object, level) if s)
 
 
@@ -228,7 +228,7 @@ def fit_models(
 ) -> Sequence[WindowModel]:
     """Train a model on each of several sets of windows."""
     estimator = make_estimator(model, task, sets[0].rate, **options)
-    with ESTIMATORS.calling(estimator.name):
+    with ESTIMATORS.convert_errors(estimator.name):
         models = list(
             estimator.fit_several([(s.X, s.y, s.named_sessions) for s in sets], seed=seed)
         )

@@ -364,7 +364,7 @@ def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]
 
 def _cut(dataset: Dataset, aligned: Alignment, length: float, is_scaled: bool) -> LabelledWindows:
     quantity = _quantity(dataset)
-    values = dataset.levels(quantity)
+    values = dataset.label_values(quantity)
     values = quantity.scaled(values) if is_scaled else values
     cut = labelled_windows(dataset, aligned.contacts, length, values)
     if len(cut) < 2:
@@ -388,7 +388,7 @@ def _quantity(dataset: Dataset) -> Quantity:
 
 def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: int) -> TrainingData:
     quantity = _quantity(dataset)
-    values = dataset.levels(quantity)
+    values = dataset.label_values(quantity)
     has_value = np.isfinite(values)
     names = _names(dataset.objects[has_value & (dataset.objects != "")])
     means = {name: float(values[(dataset.objects == name) & has_value].mean()) for name in names}

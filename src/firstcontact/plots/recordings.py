@@ -84,8 +84,8 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
     from matplotlib.colors import LogNorm, Normalize
 
     axes = new_axes(figure)
-    quantity = next((p.label.level[0] for p in data if p.label.level), SHORE_A)
-    labels = data.levels(quantity)[~np.isnan(data.levels(quantity))]
+    quantity = next((p.label.value[0] for p in data if p.label.value), SHORE_A)
+    labels = data.label_values(quantity)[~np.isnan(data.label_values(quantity))]
     ends = (labels.min(), labels.max()) if len(labels) else (0, 100)
     scale = LogNorm if quantity.is_logarithmic else Normalize
     colours = ScalarMappable(scale(*ends), "viridis_r")

@@ -87,7 +87,7 @@ def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
 def _contacts(pinch: Pinch) -> Iterator[tuple[float, str]]:
     """Yield the time of each contact from the pinch's start, s, and a description."""
     label = pinch.label
-    words = ", ".join(filter(None, (label.object or "unknown object", label.level_words)))
+    words = ", ".join(filter(None, (label.object or "unknown object", label.value_words)))
     for contact in pinch.truth:
         at = (contact.sample - pinch.first_sample) / pinch.layout.rate
         yield at, f"{finger_name(contact.finger)}: {words}"

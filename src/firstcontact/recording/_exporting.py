@@ -41,7 +41,7 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
     """
     out = Path(out)
     try:
-        with creating(out) as temporary, EXPORTERS.calling(to.name):
+        with creating(out) as temporary, EXPORTERS.convert_errors(to.name):
             to.write(dataset, temporary)
     except OSError as error:
         if isinstance(error, FileExistsError) and os.path.lexists(out):

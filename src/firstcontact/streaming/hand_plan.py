@@ -123,5 +123,5 @@ def _check_slip(slip: str, hand: str | Hand | None, policy: type[Policy] | Polic
 
 def _slip_detector(name: str) -> SlipDetector:
     kind = SLIP_DETECTORS.find(name)
-    with SLIP_DETECTORS.calling(name):
+    with SLIP_DETECTORS.convert_errors(name):
         return kind()

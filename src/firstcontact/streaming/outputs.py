@@ -85,7 +85,7 @@ def make_sinks(
 
     sinks = []
     for kind in kinds:
-        with OUTPUTS.calling(kind.name):
+        with OUTPUTS.convert_errors(kind.name):
             sink = kind.make(session, options)
             if not isinstance(sink, Sink):
                 raise TypeError(f"{type(sink).__name__} is not a sink")

@@ -84,7 +84,7 @@ class TextSink:
         label = self._names.label(pinch)
         if label is None or not label.object:
             return ""
-        return f"labelled {', '.join(filter(None, [label.object, label.level_words]))}"
+        return f"labelled {', '.join(filter(None, [label.object, label.value_words]))}"
 
     def _write(self, line: str) -> None:
         self._stream.write(f"{line}\n")

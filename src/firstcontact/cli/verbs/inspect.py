@@ -146,7 +146,7 @@ def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[st
 
 
 def _label_words(label: Label) -> str:
-    parts = [label.object or "unknown object", *filter(None, [label.level_words])]
+    parts = [label.object or "unknown object", *filter(None, [label.value_words])]
     if label.specimen and label.specimen != label.object:
         parts.append(f"specimen {label.specimen}")
     if label.shape:

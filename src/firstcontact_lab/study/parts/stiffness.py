@@ -112,7 +112,9 @@ def score_by_time(
     Returned are None and a reason if the pinches do not permit it. Of the values, the smallest and
     the largest are not left out.
     """
-    target = quantity.scaled(dataset.shore_a if quantity is SHORE_A else dataset.levels(quantity))
+    target = quantity.scaled(
+        dataset.shore_a if quantity is SHORE_A else dataset.label_values(quantity)
+    )
     cuts = {ms: labelled_windows(dataset, contacts, 1e-3 * ms, target) for ms in lengths}
     cuts = {ms: cut.take(~cut.test) for ms, cut in cuts.items()}
     whole = cuts[max(lengths)]

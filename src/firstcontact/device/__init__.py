@@ -1,4 +1,4 @@
-"""Sources of samples behind one interface, and the wire protocol of devices."""
+"""Sources of live samples (serial, sound, LSL, replay), and the devices' serial protocol."""
 
 import lazy_loader
 

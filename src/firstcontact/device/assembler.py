@@ -37,7 +37,10 @@ FARTHEST = 60.0
 
 @dataclass(slots=True)
 class Counts:
-    """Numbers of received and lost data, as in :class:`Health`, and of meaningless frames."""
+    """Counts of received and lost data, with the names of :class:`~firstcontact.Health`.
+
+    ``malformed_frames`` counts frames that arrived intact but have impossible content.
+    """
 
     samples: int = 0
     lost_samples: int = 0
@@ -51,7 +54,11 @@ class Counts:
 
 @dataclass(slots=True, eq=False)
 class Assembled:
-    """Blocks, markers and predictions that some frames contained, each in order."""
+    """Content of some received frames: blocks, markers and predictions, each in order.
+
+    ``greeted`` is True if the frames contained a new descriptor, and ``stopped`` if they contained
+    the device's confirmation that it stopped.
+    """
 
     blocks: list[Block] = field(default_factory=list)
     markers: list[Marker] = field(default_factory=list)
@@ -63,9 +70,9 @@ class Assembled:
 class Assembler:
     """Assembler of a device's bytes into blocks of samples with continuous numbers.
 
-    A new boot number in a descriptor proves a restart of the device, and so does a frame counter
-    that has gone back in a requested descriptor. A restart begins an epoch that counts from 0, and
-    :meth:`interrupted` an epoch whose missed samples are lost.
+    Each connection after :meth:`interrupted` begins a new epoch, and so does each restart of the
+    device. A restart shows as a new boot number in the descriptor, or as a lower frame counter in a
+    requested one. After a restart, samples count from 0. Without one, the missed samples are lost.
     """
 
     def __init__(self) -> None:
@@ -95,12 +102,12 @@ class Assembler:
         self._descriptor_requested = True
 
     def interrupted(self) -> None:
-        """Record a lost connection. Frames before the next descriptor are then ignored."""
+        """Note that the connection was lost. Ignore frames until the next descriptor."""
         self._listening = False
         self.decoder.restart()
 
     def feed(self, data: bytes) -> Assembled:
-        """Process the next bytes from the device. Return their content."""
+        """Process the next bytes from the device. Return the content of the completed frames."""
         if not self._fits or not self._listening:
             return self.take(self.decoder.feed(data))
         assert self._counter is not None
@@ -141,7 +148,10 @@ class Assembler:
         return assembled
 
     def _greeting(self, frame: Frame) -> bool:
-        """Process a device's description of itself. Return False if it is late or repeated."""
+        """Process a descriptor. Return False if the frame is out of order or repeated.
+
+        Raises DeviceError if its layout differs from that of the first descriptor.
+        """
         boot, descriptor = read_greeting(frame.payload)
         if self.descriptor is None:
             self.descriptor = descriptor
@@ -191,7 +201,10 @@ class Assembler:
             assembled.stopped = True
 
     def _add_prediction(self, prediction: DevicePrediction, assembled: Assembled) -> None:
-        """Add a contact or estimate. Raise FrameError if its sample numbers are impossible."""
+        """Add the device's contact or estimate to ``assembled``.
+
+        Raises FrameError if its sample numbers are impossible.
+        """
         assert self.descriptor is not None
         newest = (
             self._next if self._next is not None and self._samples_received else prediction.decided
@@ -200,7 +213,7 @@ class Assembler:
         assembled.predictions.append(prediction)
 
     def _ahead(self, counter: int) -> int:
-        """Return by how many frames ``counter`` is ahead of the expected one; negative if late."""
+        """Return the number of frames missing before frame ``counter``; negative if it is old."""
         assert self._counter is not None
         ahead = (counter - self._counter) % _WRAP
         return ahead if ahead < _WRAP // 2 else ahead - _WRAP
@@ -245,7 +258,10 @@ class Assembler:
         return number
 
     def _count_late(self, skipped: int, unheard: int) -> None:
-        """Count skipped predictions and missed samples, of which devices report running totals."""
+        """Count a device's skipped predictions and samples that its model did not process.
+
+        Both numbers are totals since the device started.
+        """
         if self._late is not None:
             self.counts.late_answers += (skipped - self._late[0]) % _WRAP
             self.counts.unheard_samples += (unheard - self._late[1]) % _WRAP

@@ -169,7 +169,10 @@ def _inputs(sound: Any) -> list[dict[str, Any]]:
 
 
 def _device(sound: Any, name: str) -> dict[str, Any]:
-    """Return PortAudio's description of the sound input with this name, or of the default one."""
+    """Return PortAudio's description of a sound input; of the default one if ``name`` is "".
+
+    ``name`` is a name, a part of one, or an index. Raises DeviceError unless it fits one input.
+    """
     available = _inputs(sound)
     if not available:
         raise DeviceError(
@@ -191,7 +194,7 @@ def _device(sound: Any, name: str) -> dict[str, Any]:
 
 
 def discover() -> Iterator[tuple[str, str]]:
-    """Yield name and description of each sound input; nothing without PortAudio."""
+    """Yield (device name, description) of each sound input; nothing if PortAudio is missing."""
     try:
         sound = portaudio()
     except InputError:

@@ -1,7 +1,7 @@
-"""Rate of a device's clock, and times of samples by ``time.monotonic()`` of this computer.
+"""Sampling rate and sample times of a device, measured with this computer's monotonic clock.
 
 Both are fitted to the least delayed blocks, because buffers delay blocks but never make them early.
-Clock drift is measured here. Signals are never corrected for it.
+The drift of the device's clock is measured, but signals are never corrected for it.
 """
 
 from __future__ import annotations
@@ -43,14 +43,17 @@ class _ArrivalTime(NamedTuple):
 
 
 class _FastestArrivals:
-    """Least delayed arrival in each of the last seconds."""
+    """Least delayed arrival in each of the last ``seconds`` seconds, for samples at ``rate`` Hz."""
 
     def __init__(self, rate: float, seconds: int) -> None:
         self._rate = rate
         self.arrivals: deque[_ArrivalTime] = deque(maxlen=seconds + 1)
 
     def add(self, sample: int, host: float) -> bool:
-        """Add a sample's arrival time, s. Return True if it is the first in a new second."""
+        """Add the sample number ``sample``, which arrived at ``host``, s of the host's clock.
+
+        Return True if it is the first arrival in a new second.
+        """
         new = _ArrivalTime(host - sample / self._rate, float(sample), host)
         first = not self.arrivals or int(host) != int(self.arrivals[-1].host)
         if first:
@@ -60,12 +63,12 @@ class _FastestArrivals:
         return first
 
     def delay(self, since: float) -> float:
-        """Return the least delay of all arrivals after the time ``since``, s."""
+        """Return the least delay after the time ``since``, s: arrival minus ``sample / rate``."""
         return min(a.delay for a in self.arrivals if a.host >= since)
 
 
 class ClockFit:
-    """Sampling rate by this computer's clock, from a line through the arrival times."""
+    """Measured sampling rate, Hz of this computer's clock, from a line through arrival times."""
 
     def __init__(self, rate: float) -> None:
         self._fastest = _FastestArrivals(rate, LONGEST)
@@ -81,7 +84,7 @@ class ClockFit:
 
 
 class RateCheck:
-    """Measured sampling rate of a stream, compared with the stated rate."""
+    """Check of a stream's sampling rate: the measured rate against the stated one, Hz."""
 
     def __init__(self, stated: float) -> None:
         self._stated = stated
@@ -93,7 +96,10 @@ class RateCheck:
         return float(np.median(self._rates)) if self._rates else 0.0
 
     def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
-        """Add samples up to number ``end``. Return True if the rate differs from the stated one."""
+        """Add samples up to number ``end`` at the time ``seconds``. Return True for a wrong rate.
+
+        ``behind`` is True if the samples waited in a buffer, so that their time means nothing.
+        """
         if behind or self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds
             return False
@@ -115,7 +121,11 @@ class RateCheck:
 
 
 class TransportDelay:
-    """Delay of samples on their way, beyond the least delay of the last ten seconds."""
+    """Extra delay of samples on their way to the host.
+
+    It is measured from the least delay of the last ten seconds. All times are s of the host's
+    ``time.monotonic()``.
+    """
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -133,16 +143,19 @@ class TransportDelay:
             self.least = min(self.least, self._fastest.arrivals[-1].delay)
 
     def host_time(self, sample: int) -> float:
-        """Return the earliest possible arrival of a sample by ``time.monotonic()``, s."""
+        """Return the time at which a sample would arrive with the least delay, s."""
         return sample / self._rate + self.least
 
     def delay(self, sample: int, host: float) -> float:
-        """Return by how much a sample that arrived at ``host`` was later than the earliest, s."""
+        """Return the extra delay of a sample that arrived at the time ``host``, s."""
         return max(host - sample / self._rate - self.least, 0.0)
 
 
 class DeviceClock:
-    """Times of samples by ``time.monotonic()``, from the least delayed blocks of ten seconds."""
+    """Converter of sample numbers to s of this computer's ``time.monotonic()``.
+
+    It follows the least delayed blocks of the last ten seconds. Times never run backwards.
+    """
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -153,7 +166,7 @@ class DeviceClock:
         self._last = -np.inf
 
     def stamps(self, block: Block, host: float) -> NDArray[np.float64]:
-        """Return the time of each sample of a block that arrived at ``host``, s, (samples,)."""
+        """Add a block that arrived at ``host``, s. Return the time of each sample, (samples,)."""
         self._transport.add(block, host)
         target = self._transport.least
         offset = self._applied
@@ -174,5 +187,5 @@ class DeviceClock:
         return times
 
     def host_time(self, sample: int, epoch: int) -> float:
-        """Return the time of a sample, s. Samples of older epochs get that of the newest one."""
+        """Return the time of a sample, s. For another epoch, return the newest sample's time."""
         return sample / self._rate + self._applied if epoch == self._epoch else self._last

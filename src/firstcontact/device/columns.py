@@ -1,4 +1,4 @@
-"""Columns of boards and streams without metadata: names, counters, and vibration channels."""
+"""Meaning of the columns that a board prints or a stream sends: signals and sample counters."""
 
 from __future__ import annotations
 
@@ -37,7 +37,12 @@ LEAP = 100_000.0
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Meaning of printed columns: signals, names, and a counter with its step and wraps."""
+    """Meaning of the columns in the lines that a board prints.
+
+    ``signals`` are the indices of the vibration columns and ``names`` their names. ``counter`` is
+    the index of the column that counts samples, or None. It rises by ``step`` from line to line and
+    starts again at one of the numbers ``wraps``. ``width`` is the number of columns.
+    """
 
     names: tuple[str, ...]
     signals: tuple[int, ...]
@@ -48,13 +53,13 @@ class Columns:
 
 
 def find_column(word: str, names: Sequence[str]) -> int | None:
-    """Return the index of a column from its name or its position (1 is the first), or None."""
+    """Return the index of the column with a name or position (1 is the first); None if absent."""
     words = [*names, *(str(k + 1) for k in range(len(names)))]
     return words.index(word) % len(names) if word in words else None
 
 
 def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names, with its position appended to each that occurs more than once."""
+    """Make column names distinct: append the position to names that occur more than once."""
     distinct = [f"{n} {k + 1}" if names.count(n) > 1 else n for k, n in enumerate(names)]
     if len(set(distinct)) < len(distinct):
         distinct = [str(k + 1) for k in range(len(names))]
@@ -64,7 +69,10 @@ def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
 def select_signals(
     device: str, names: Sequence[str], wanted: Sequence[str], default: list[int]
 ) -> list[int]:
-    """Return the indices of the one or two wanted columns, or else ``default``."""
+    """Return the indices of the columns that the user wants; ``default`` if ``wanted`` is empty.
+
+    Raises DeviceError, which lists ``names``, unless the result is one or two existing columns.
+    """
     matches = [find_column(word, names) for word in wanted]
     places = [k for k in matches if k is not None] if wanted else default
     if None in matches or not 1 <= len(set(places)) == len(places) <= 2:
@@ -80,7 +88,11 @@ def select_signals(
 def vibration_channels(
     columns: Sequence[Mapping[str, str]], units: Sequence[Unit]
 ) -> tuple[Channel, ...]:
-    """Return layout channels for one or two printed columns, with their finger and sensor."""
+    """Return the vibration channels of one or two columns, for a layout.
+
+    ``columns`` holds the texts "label", and optionally "finger" and "type" (the sensor), of each
+    column. If the fingers are not stated, two columns are those of index finger and thumb.
+    """
     by_name = {finger_name(f): f for f in Finger}
     fingers = [by_name.get(column.get("finger", "")) for column in columns]
     if len(set(fingers)) < len(fingers):
@@ -103,7 +115,11 @@ def vibration_channels(
 def identify_columns(
     lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], device: str
 ) -> Columns:
-    """Find out which columns hold signals and counters, from the first lines of a board."""
+    """Find the signals and the sample counter among the columns of a board's first lines.
+
+    ``header`` are the printed names, or (). ``wanted`` are the names or positions of the signals
+    that the user chose, or (). Raises DeviceError if the columns cannot be identified.
+    """
     widths = [len(line) for line in lines]
     width = max(set(widths), key=widths.count)
     full_lines = [line for line in lines if len(line) == width]
@@ -139,7 +155,7 @@ def identify_columns(
 
 
 def _pace(counts: NDArray[np.float64]) -> tuple[float, tuple[float, ...]]:
-    """Return the usual step of a sample counter, and the numbers at which it may wrap."""
+    """Return the usual step of a counter, and the numbers at which it may start again."""
     steps = np.diff(counts)
     step = float(np.median(steps[(steps > 0) & (steps <= LEAP)]))
     seen = {step - back for back in steps[steps < 0].tolist()}
@@ -149,7 +165,10 @@ def _pace(counts: NDArray[np.float64]) -> tuple[float, tuple[float, ...]]:
 def _counter(
     lines: list[tuple[float, ...]], names: tuple[str, ...], signals: Sequence[int]
 ) -> int | None:
-    """Return the index of the sample counter's column, found by name or by its steps of 1."""
+    """Return the index of the column that counts samples, by its name or its steps of 1; or None.
+
+    ``signals`` are the indices of columns that are known not to be the counter.
+    """
     lower = [name.lower() for name in names]
     for k, name in enumerate(lower):
         is_finger = name == "index" and "thumb" in lower and not counts_up(lines, k)

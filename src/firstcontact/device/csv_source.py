@@ -1,4 +1,4 @@
-"""Source for boards that print lines of numbers. It finds the signals and measures the rate."""
+"""Source for boards that print samples as lines of numbers. It measures their sampling rate."""
 
 from __future__ import annotations
 
@@ -47,7 +47,10 @@ LINES_NEEDED = 20
 
 @dataclass(slots=True)
 class SampleCounter:
-    """Sample numbers, from a column that counts samples or from the number of lines."""
+    """Numbering of printed samples, by the column that counts them or else by counting lines.
+
+    ``restarted`` is True if the board's counter started again before the last line.
+    """
 
     columns: Columns
     last: float | None = None
@@ -56,7 +59,10 @@ class SampleCounter:
     _doubted: float | None = None
 
     def next(self, line: tuple[float, ...], damaged: int) -> int | None:
-        """Return the sample number of a line that follows ``damaged`` damaged lines."""
+        """Return the sample number of a line that follows ``damaged`` damaged lines.
+
+        Return None if the counter jumps: the next line shows if it restarted or was damaged.
+        """
         self.restarted = False
         if (place := self.columns.counter) is None:
             self.number += 1 + damaged
@@ -84,11 +90,14 @@ class SampleCounter:
 
 
 class SteadyArrivals:
-    """Arrival times of lines, without lines that had waited in a buffer."""
+    """Arrival times of printed lines, from which the rate is measured.
+
+    Arrivals in the first ``lead`` s, and after a pause, are left out: a buffer held these lines.
+    """
 
     def __init__(self, lead: float) -> None:
         self._lead = self._begin = lead
-        self._arrivals: list[tuple[float, int]] = []  # age, and number of lines until then
+        self._arrivals: list[tuple[float, int]] = []  # time since the opening, lines until then
         self._gaps: list[float] = []
         self._last = 0.0
 
@@ -103,12 +112,15 @@ class SteadyArrivals:
 
     @property
     def steady(self) -> list[tuple[float, int]]:
-        """Arrivals since the last pause, as (age in s, number of lines); [] if too short a time."""
+        """Arrivals since the last pause, as (time since the opening in s, lines until then).
+
+        Empty if they cover less than twice ``lead``.
+        """
         steady = self._arrivals[bisect_left(self._arrivals, (self._begin, 0)) :]
         return steady if steady and steady[-1][0] - steady[0][0] >= 2.0 * self._lead else []
 
     def rate(self) -> float:
-        """Return the lines per second; 0 if too few arrived."""
+        """Return the measured rate, lines per second; 0 if too few lines arrived."""
         arrivals = self.steady or self._arrivals
         if len(arrivals) < 3:
             return 0.0
@@ -208,7 +220,10 @@ class CsvSource(ThreadedSource):
         return columns, rate
 
     def _unit_of(self, name: str, values: NDArray[np.float64]) -> Unit:
-        """Return a column's unit: the stated one, or else counts of 10 bits if the values fit."""
+        """Return the unit of a column: stated, at the end of its name, or else ADC counts.
+
+        Raises DeviceError if the values cannot have the stated unit.
+        """
         if (stated := self._unit or unit_of_name(name)) is not None:
             return fit_unit(f"column {name} of {self.name}", stated, values, error=DeviceError)
         try:
@@ -303,7 +318,7 @@ class CsvSource(ThreadedSource):
         self._port = reopen(self._port, self._closing, self.baud)
 
     def _check_columns(self, lines: list[tuple[float, ...]]) -> None:
-        """Raise InputError if a board came back with other columns."""
+        """Raise DeviceError if a board that was plugged in again prints other columns."""
         assert self._columns is not None
         former = self._columns
         complete_lines = [line for line in lines if len(line) == former.width]

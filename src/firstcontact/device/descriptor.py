@@ -1,4 +1,4 @@
-"""Statements of a device about itself (layout, model) and its predictions."""
+"""Descriptor of a device (its layout, names and model), and predictions made on the device."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FLASH = "flash the firmware that belongs to this version of firstcontact"
 
 @dataclass(frozen=True, slots=True)
 class DevicePredictor:
-    """Model that runs on a device, as the device's descriptor states it."""
+    """Description of the model that runs on a device, from the device's descriptor."""
 
     #: Digest of the model.
     model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
@@ -39,7 +39,11 @@ class DevicePredictor:
 
 @dataclass(frozen=True, slots=True)
 class ModelSlot:
-    """Memory for a model on a device, as the device's descriptor states it."""
+    """Description of a device's memory for a model, from the device's descriptor.
+
+    ``format`` is the version of model images that the firmware reads, and ``room`` the size of the
+    memory, bytes. ``fault`` says why the stored model cannot be used; "" if it can.
+    """
 
     format: Annotated[int, Meta(ge=0, lt=2**32)]
     room: Annotated[int, Meta(ge=0, lt=2**32)]
@@ -56,7 +60,7 @@ def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _DescriptorJson:
-    """JSON form of a descriptor, as a device sends it."""
+    """Fields of a descriptor's JSON text, with the names that devices send."""
 
     firmware: Name
     sensor: Name
@@ -69,7 +73,10 @@ class _DescriptorJson:
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
-    """Return a layout as JSON. Version 1 of the protocol is used if it can express the layout."""
+    """Return a layout as a dict for a descriptor's JSON.
+
+    If version 1 of the layout's format can express the layout, that version is used.
+    """
     alphas = {c.smoothing_alpha for c in layout.vibration}
     is_version_1 = all(
         c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
@@ -118,7 +125,10 @@ class Descriptor:
     paced: bool = True
 
     def header(self, **fields: Any) -> Header:
-        """Return the header of a new recording of this source. ``fields`` override its fields."""
+        """Return a header for a new recording of this source, created now.
+
+        ``fields`` are further fields of :class:`~firstcontact.recording.Header`, or replace some.
+        """
         names = ("layout", "source", "dtype", "sensor", "hand", "firmware")
         values = {name: getattr(self, name) for name in names}
         created = datetime.now(UTC).isoformat(timespec="seconds")
@@ -245,7 +255,10 @@ def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
 
 
 def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> None:
-    """Raise FrameError if the sample numbers of a device's prediction are impossible."""
+    """Raise FrameError if the sample numbers of a device's contact or estimate are impossible.
+
+    They must lie within ``farthest`` samples of each other and of ``newest``, the newest sample.
+    """
     if isinstance(prediction, DeviceContact):
         contact, samples = prediction.sample, 0
     else:

@@ -1,4 +1,4 @@
-"""Transfer of a model to a device that runs it. The device uses a model once it is complete."""
+"""Transfer of a model to a device, which runs the model once it was stored completely."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MORE_PIECES = 10
 
 
 class _Link:
-    """Connection to a device for the transfer of a model: it sends frames and awaits answers."""
+    """Connection to a device for the transfer of a model. It sends frames and awaits answers."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -45,7 +45,10 @@ class _Link:
         self._transport.close()
 
     def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> bytes | None:
-        """Send a frame until the device answers. Return the payload of its answer, or None."""
+        """Repeat a frame until the device answers with a frame of the type ``answer``.
+
+        Return the payload of the answer, or None if none came within 5 s.
+        """
         deadline = time.monotonic() + PATIENCE
         try:
             while time.monotonic() < deadline:
@@ -78,27 +81,31 @@ class _Link:
         return answer
 
     def send(self, data: bytes) -> int:
-        """Send a model in pieces. Return the device's last state, :data:`KEPT` if it stored it."""
+        """Send a model image in pieces. Return :data:`KEPT` if the device stored it."""
         head = _BEGIN.pack(*_FORMAT.unpack_from(data), len(data), zlib.crc32(data))
-        _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
+        _, received = self._send_piece(FrameType.MODEL_BEGIN, head, 0, len(data))
         for _ in range(2 * (len(data) // CHUNK + MORE_PIECES)):
             if received == len(data):
                 break
             chunk = _OFFSET.pack(received) + data[received : received + CHUNK]
-            _, received = self._model(FrameType.MODEL_CHUNK, chunk, received, len(data))
+            _, received = self._send_piece(FrameType.MODEL_CHUNK, chunk, received, len(data))
         else:
             raise self.error(
                 "the device repeatedly asks for the same pieces of the model (it has "
                 f"{received} of {len(data)} bytes): check its cable and start again; the device "
                 "keeps its old model"
             )
-        state, _ = self._model(FrameType.MODEL_END, b"", received, len(data))
+        state, _ = self._send_piece(FrameType.MODEL_END, b"", received, len(data))
         return state
 
-    def _model(
+    def _send_piece(
         self, kind: FrameType, payload: bytes, received: int, length: int
     ) -> tuple[int, int]:
-        """Send a frame of a transfer. Return the device's state and number of stored bytes."""
+        """Send one frame of a transfer. Return the device's state and its number of stored bytes.
+
+        ``received`` of the model's ``length`` bytes are on the device so far. Raises DeviceError if
+        the device refuses the model or falls silent.
+        """
         answer = self.ask(kind, payload, FrameType.MODEL_STATE)
         if answer is None:
             # A device that answers other frames does not know this one.
@@ -128,7 +135,10 @@ class _Link:
 
 
 def check_model_fits(port: str, data: bytes) -> None:
-    """Raise InputError if the device cannot store a model. Nothing changes on the device."""
+    """Raise DeviceError if the device on ``port`` cannot store the model image ``data``.
+
+    The check changes nothing on the device.
+    """
     with closing(_Link(port)) as link:
         hello = link.hello()
     try:
@@ -147,7 +157,10 @@ def check_model_fits(port: str, data: bytes) -> None:
 
 
 def flash_model(port: str, data: bytes) -> str:
-    """Send a model image to a device. Return the digest that the device reports."""
+    """Store the model image ``data`` on the device on ``port``. Return the digest it reports.
+
+    Raises DeviceError if the transfer fails. The device then keeps its old model.
+    """
     with closing(_Link(port)) as link:
         link.hello()  # not parsed: a stored model that damages the descriptor can be replaced
         if link.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:

@@ -1,4 +1,4 @@
-"""Lines of a board that prints numbers: samples, text, column names, and damaged lines."""
+"""Reader of the lines that a board prints: samples, column names, text, and damaged lines."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ _TEXT = re.compile(r"\W*(?:[\d.:+-]+[\])]?\s+)?[A-Za-z](?:[A-Za-z]|\b)")
 
 @dataclass(slots=True)
 class LineReader:
-    """Reader that turns bytes into the numbers of each complete line."""
+    """Reader that turns a board's bytes into the numbers of each complete line.
+
+    ``bad`` counts damaged lines. ``header`` holds the column names that the board printed, or ().
+    """
 
     bad: int = 0
     header: tuple[str, ...] = ()
@@ -30,11 +33,14 @@ class LineReader:
     _width: int = 0
 
     def restart(self) -> None:
-        """Forget an incomplete line, because the port was opened again."""
+        """Forget an incomplete line. Call it after the port was opened again."""
         self._rest, self._begun = b"", False
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
-        """Return the numbers of the lines, None for damaged ones; lines of text are left out."""
+        """Process the next bytes. Return the numbers of each complete line, None for a damaged one.
+
+        Lines of text are left out.
+        """
         pieces = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
         self._rest = pieces.pop()
         if len(self._rest) > LONGEST:  # wrong baud rate, or no text
@@ -50,7 +56,10 @@ class LineReader:
         return lines
 
     def _is_text(self, line: bytes) -> bool:
-        """Return True for a line of text without numbers. Names before numbers are not text."""
+        """Return True for a line of text, which holds no sample. Store column names in it.
+
+        A line for a plotter, such as "x:1.2 y:3.4", is not text.
+        """
         text, words = line.decode("ascii", "replace").strip(), _words(line)
         names, values = _names_and_values(words)
         is_usual = self._usual == _shape(line)
@@ -83,7 +92,10 @@ class LineReader:
         return values
 
     def _name(self, line: bytes) -> None:
-        """Store a line of column names. Once there are samples, it may only change their order."""
+        """Store the words of a line as column names, if they can be names.
+
+        After the first sample, the words must be the former names, in any order.
+        """
         words, former = _words(line), self.header
         fits = len(words) > 1 or len(former) < 2
         if self._usual:
@@ -106,13 +118,13 @@ class LineReader:
 
 
 def _names_and_values(words: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names before the colons of a plotter's line, and the texts after them."""
+    """Split words such as "x:1.2" of a plotter's line. Return the names and the value texts."""
     parts = [word.rpartition(":") for word in words]
     return tuple(name for name, _, _ in parts), tuple(value for _, _, value in parts)
 
 
 def _shape(line: bytes) -> tuple[int, ...]:
-    """Return how many of each separator a line has, or its number of words if it has none."""
+    """Return the counts of commas, semicolons and tabs in a line; without any, of its words."""
     counts = tuple(line.count(separator) for separator in (b",", b";", b"\t"))
     return counts if any(counts) else (len(_words(line)),)
 

@@ -42,7 +42,7 @@ BUFFERED = 60
 
 
 def lsl_library() -> Any:
-    """Return the module pylsl, set to log only warnings and errors."""
+    """Import pylsl, set to log only warnings and errors, and return the module."""
     require_modules("live", "pylsl")
     try:
         import pylsl
@@ -58,7 +58,10 @@ def lsl_library() -> Any:
 
 
 class _Epoch:
-    """Sample numbers of one epoch (run of a sender's clock), from its time stamps."""
+    """Numbering of the samples of one epoch, by the time stamps of the sender.
+
+    A jump of the sender's clock begins a new epoch.
+    """
 
     def __init__(self, number: int, rate: float) -> None:
         self.number, self._rate = number, rate
@@ -71,7 +74,10 @@ class _Epoch:
         self._steps = self._backward = 0  # number of steps between stamps, and of steps back
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of samples that arrive with a plausible delay, given their ages in s."""
+        """Return a mask of the samples whose time stamps are plausible.
+
+        ``ago`` is the age of each sample at arrival, s: the time now minus the time stamp.
+        """
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
             self._least = float(np.sort(ago[good])[good.sum() // 2])
@@ -80,7 +86,7 @@ class _Epoch:
         return good
 
     def runs_backwards(self, stamps: NDArray[np.float64]) -> bool:
-        """Return True if three of four time stamps of a second step back, as no jitter does."""
+        """Return True if more than 3 of 4 stamps within a second are before their predecessor."""
         stamps = np.append(self._newest, stamps[usable_stamps(stamps)])
         self._backward += int((np.diff(stamps) < 0).sum())
         self._steps += len(stamps) - 1
@@ -92,7 +98,7 @@ class _Epoch:
         return share > 0.75
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return sample numbers for time stamps. Implausible stamps must be NaN."""
+        """Return the sample number for each time stamp, s. Set implausible stamps to NaN first."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)
@@ -206,7 +212,11 @@ class LslSource(ThreadedSource):
         host: float,
         clock: float,
     ) -> _Epoch:
-        """Deliver samples. Return their epoch, which is a new one if the sender's clock jumped."""
+        """Deliver samples. Return their epoch, a new one if the sender's clock jumped.
+
+        ``host`` is their arrival on ``time.monotonic()``, and ``clock`` the same moment on the
+        clock of ``stamps``, both in s.
+        """
         if epoch.runs_backwards(stamps):
             raise DeviceError(
                 f"the time stamps of {self.name} run backwards: correct the program that sends them"
@@ -225,7 +235,10 @@ class LslSource(ThreadedSource):
         return epoch
 
     def _reconnect(self) -> bool:
-        """Search for the stream until it is back. Return False if the source is closed first."""
+        """Search for the lost stream until it is back. Return False if the source closes first.
+
+        Raises DeviceError if the stream comes back with other channels.
+        """
         self._shut()
         while not self._closing.is_set():
             descriptor = None
@@ -266,7 +279,7 @@ def stream_channels(
 
 
 def _predicate(stream: str) -> str:
-    """Return the XPath query for a stream's name, or for NAME@HOST and NAME@SOURCE_ID."""
+    """Return the XPath query that finds a stream called NAME, NAME@HOST or NAME@SOURCE_ID."""
     words = stream.split("@")
     queries = [f"name={_literal(stream)}"]
     for k in range(1, len(words)):
@@ -277,7 +290,7 @@ def _predicate(stream: str) -> str:
 
 
 def _literal(text: str) -> str:
-    """Return an XPath expression for any text, because XPath cannot escape quotes."""
+    """Return an XPath string for any text. XPath cannot escape quotes, so they are joined in."""
     if "'" not in text:
         return f"'{text}'"
     pieces = text.split("'")

@@ -1,4 +1,4 @@
-"""Measurement of the vibration sensors' noise floor, without contact and with the motor at rest."""
+"""Measurement of the vibration sensors' noise while the hand rests without contact."""
 
 from __future__ import annotations
 
@@ -48,7 +48,11 @@ SILENCE, WAITS = 2.0, 4
 
 
 class RestMeter:
-    """Meter of the vibration sensors' noise. It uses the parts of a stream without motion."""
+    """Meter of the vibration sensors' noise. It uses only the parts of a stream that are at rest.
+
+    Feed it by :meth:`update` until :attr:`is_sufficient` (``seconds`` of rest), then call
+    :meth:`calibration`.
+    """
 
     def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
         self._fingers = fingers = layout.vibration_fingers
@@ -72,7 +76,7 @@ class RestMeter:
         self.samples = 0  #: number of samples so far
 
     def update(self, block: Block) -> None:
-        """Process the next block of samples. A part that is measured never spans a gap."""
+        """Process the next block of samples. Gaps between blocks are allowed."""
         self.samples += len(block.data)
         x = self._layout.physical(block.data, tuple(range(self._layout.width)))
         if (block.first_sample, block.epoch) == self._next:
@@ -97,7 +101,10 @@ class RestMeter:
         return int(self._at_rest().sum()) >= self._wanted
 
     def calibration(self) -> Calibration:
-        """Return noise floor and offset of each vibration sensor over all parts at rest so far."""
+        """Return the noise and the offset of each vibration sensor over the parts at rest.
+
+        Raises DeviceError with the :meth:`obstacles` if there are too few such parts.
+        """
         if not self.is_sufficient:
             raise DeviceError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
         at_rest = self._at_rest()
@@ -110,7 +117,7 @@ class RestMeter:
         return Calibration(piezo, created=datetime.now(UTC).isoformat(timespec="seconds"))
 
     def obstacles(self) -> list[str]:
-        """Return one message for each finger that is not at rest: the reason and the remedy."""
+        """Return the reason and the remedy for each finger that is not at rest, as sentences."""
         messages: list[str] = []
         silent: list[str] = []
         for column, finger in enumerate(self._fingers):
@@ -144,10 +151,9 @@ class RestMeter:
         )
 
     def _faults(self) -> NDArray[np.bool_]:
-        """Return for each part of the stream which reasons forbid to measure the noise in it.
+        """Return which parts of the stream are not at rest, and why, shape (4, parts, fingers).
 
-        The reasons are: constant signal, closed strip, force, loud noise. The shape is (4, parts,
-        fingers).
+        The four reasons are: constant signal, closed strip, force, and noise other than quiet.
         """
         flat = self._rms == 0.0
         if not len(flat):
@@ -161,7 +167,10 @@ class RestMeter:
         return np.stack([flat, self._closed, loaded, is_loud])
 
     def _level(self, rms: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the typical quiet RMS of each sensor, from the sorted RMS of all parts."""
+        """Return the quiet RMS of each sensor: the lowest that several parts share.
+
+        ``rms`` is sorted, shape (parts, sensors).
+        """
         others = min(AGREEING, len(rms)) - 1
         is_shared = rms[others:] <= STEADY * rms[: len(rms) - others]
         # If no level is shared, the lowest counts.
@@ -172,7 +181,7 @@ class RestMeter:
 
 
 def wait_for_arrivals(source: Source) -> list[Arrival]:
-    """Return the next samples, at least one. Raise InputError if none arrive within 2 s."""
+    """Return the next samples, at least one. Raise DeviceError if none arrive within 2 s."""
     for _ in range(WAITS):
         if source.ended:
             break
@@ -185,7 +194,11 @@ def wait_for_arrivals(source: Source) -> list[Arrival]:
 
 
 def measure_noise(source: Source, seconds: float = REST, patience: float = PATIENCE) -> Calibration:
-    """Measure noise floor and offset of each vibration sensor of an open source."""
+    """Measure the noise and the offset of each vibration sensor of an open source.
+
+    Wait until the hand was at rest for ``seconds`` s. Raise DeviceError if it was not within
+    ``patience`` s more. Log a warning if both signals are the same.
+    """
     layout = source.descriptor.layout
     meter, columns = RestMeter(layout, seconds), layout.columns(ChannelKind.VIBRATION)
     signals = [np.zeros((0, len(columns)))]

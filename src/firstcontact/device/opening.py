@@ -33,7 +33,7 @@ def check_speed(speed: float, fastest: float = math.inf) -> None:
 
 @dataclass(frozen=True, slots=True)
 class SourceOptions:
-    """User's options for a source, besides its name."""
+    """Options of :func:`firstcontact.open` besides the device's name."""
 
     speed: float = 1.0
     condition: str = "paper-rig"
@@ -42,7 +42,7 @@ class SourceOptions:
     fault: str = ""
 
     def check_own_speed(self, device: str) -> None:
-        """Raise InputError for a speed other than 1, for devices that set their own pace."""
+        """Raise ArgumentError if the user set ``speed``, for a device that has its own pace."""
         if self.speed != 1.0:
             raise ArgumentError(
                 f"{device} has a fixed speed: leave the speed out", parameter="speed"
@@ -60,17 +60,22 @@ class SourceKind:
     title
         Words that describe the device name in help texts, such as "a serial port".
     make
-        Function of a device name and its options that returns a source, which is not open yet.
+        Function that makes a source, not open yet, from a device name and the options.
     takes
         Function that returns True for a device name of this kind. By default a device name must
         begin with the name of the kind and a colon.
-    is_replay, is_simulated, is_port
-        Flags: the source replays a recording; the hand is simulated; the device name is the path of
-        a serial port. A simulated hand obeys :meth:`Source.order` and can outrun real time.
+    is_replay
+        True if the source replays a recording.
+    is_simulated
+        True for a simulated hand. It obeys :meth:`Source.order` and can run faster than real time.
+    is_port
+        True if the device name is the path of a serial port.
     shore_a
-        For a simulated hand: function of an object's name that returns its Shore A hardness.
+        Function that returns the Shore A of an object of the simulated hand from its name; None for
+        other kinds.
     discover
-        Function that lists the available devices: a name to open and a description of each.
+        Function that yields (name to open, description) of each available device; None if devices
+        cannot be listed.
     """
 
     name: str
@@ -89,7 +94,7 @@ class SourceKind:
 
 
 def _lazy(module: str, function: str) -> Callable[..., Any]:
-    """Return a function that imports ``module`` when it is called, and calls its ``function``."""
+    """Return a function that, when called, imports ``module`` and calls ``function`` in it."""
 
     def call(*arguments: Any) -> Any:
         return getattr(import_module(f"firstcontact.device.{module}"), function)(*arguments)
@@ -150,7 +155,7 @@ SOURCES: Registry[SourceKind] = Registry(
 
 
 def source_kind(device: str) -> SourceKind:
-    """Return the kind of a device. Import plug-ins only if no built-in kind accepts the name."""
+    """Return the kind of source that accepts a device name. Try plug-ins last."""
     named, colon, _ = device.partition(":")
     if colon and named in (*SOURCES.names, *SOURCES.failed) and SOURCES.find(named).takes is None:
         return SOURCES.find(named)
@@ -168,7 +173,10 @@ def source_kind(device: str) -> SourceKind:
 
 
 def list_devices() -> list[tuple[str, str]]:
-    """Return the name and description of each device that can be discovered."""
+    """Return (name to open, description) of each device that is available now.
+
+    Kinds that cannot list their devices, such as "serial", are left out.
+    """
     devices: list[tuple[str, str]] = []
     for name, kind in SOURCES.items():
         if kind.discover is not None:

@@ -44,11 +44,14 @@ _log = logging.getLogger("firstcontact.device")
 
 
 class LinkError(OSError):
-    """Error for a port that has vanished. It may come back."""
+    """Error for a serial port that vanished while open. The device may be plugged in again."""
 
 
 class SerialTransport:
-    """Open serial port, locked for this process."""
+    """Open serial port for the frames of the protocol. No other process can open it meanwhile.
+
+    Raises DeviceError, with a remedy, if the port cannot be opened.
+    """
 
     def __init__(self, port: str, baud: int = BAUD) -> None:
         import serial
@@ -66,7 +69,10 @@ class SerialTransport:
             raise DeviceError(_opening_error(port, error)) from error
 
     def read(self, patience: float = PATIENCE) -> bytes:
-        """Return the available bytes. Wait at most ``patience`` s for the first one."""
+        """Return the available bytes. Wait at most ``patience`` s for the first one.
+
+        Return b"" if none came. Raise LinkError if the port has vanished.
+        """
         try:
             # pyserial takes about 20 % more time of the processor.
             number = self._serial.fileno()
@@ -107,9 +113,9 @@ class SerialTransport:
 
 
 def reopen(lost: SerialTransport, closing: threading.Event, baud: int) -> SerialTransport | None:
-    """Wait until a lost port is back and return it; None if ``closing`` is set first.
+    """Wait until a lost port is back, and return it open; None if ``closing`` is set first.
 
-    Log a remedy if it does not come back soon, or if another port appears.
+    If the port does not come back soon, or if another port appears, log a remedy.
     """
     waits, said = itertools.count(), lost.others
     while not closing.wait(RETRY):
@@ -129,7 +135,7 @@ def reopen(lost: SerialTransport, closing: threading.Event, baud: int) -> Serial
 
 
 def port_names(port: str) -> set[str]:
-    """Return the existing ports whose names differ from ``port`` only in their digits."""
+    """Return the other ports that exist whose names differ from ``port`` only in digits."""
     path = Path(port)
     return {str(p) for p in path.parent.glob(f"{path.name.rstrip('0123456789')}[0-9]*")} - {port}
 
@@ -150,7 +156,7 @@ def _opening_error(port: str, error: Exception) -> str:
 
 
 def not_a_port(port: str) -> str:
-    """Return the reason why a path cannot be a port; "" if it can."""
+    """Return a message if a path is a folder or file and so not a serial port; "" otherwise."""
     if Path(port).is_dir():
         return f"{port} is a folder: name one recording in it (*.mcap), or a port"
     if Path(port).is_file():
@@ -184,7 +190,7 @@ def ports() -> list[Port]:
 
 
 def access(path: Path) -> str:
-    """Return text on owner, group and mode of a port, and if this process may open it."""
+    """Return a text with a port's owner, group and mode, and if this user may open the port."""
     try:
         state = path.stat()
     except OSError as error:
@@ -249,7 +255,7 @@ class PseudoTerminal:
         return self._device
 
     def read(self) -> bytes:
-        """Return the bytes that the host sent; b"" if none."""
+        """Return the bytes that the host has sent since the last call; b"" if there are none."""
         try:
             return os.read(self._device, 4096)
         except BlockingIOError:

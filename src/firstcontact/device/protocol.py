@@ -65,7 +65,11 @@ class Frame(NamedTuple):
 
 
 class NextSamples(NamedTuple):
-    """Number of columns, and the numbers that the next samples frame must have (modulo 2^32)."""
+    """Fields that the next frame of samples must have if nothing was lost, modulo 2^32.
+
+    ``width`` is the number of columns of a sample, ``counter`` the frame's number, and ``overflow``
+    the number of samples that the device has dropped.
+    """
 
     width: int
     counter: int
@@ -74,7 +78,7 @@ class NextSamples(NamedTuple):
 
 
 def stuff(data: bytes) -> bytes:
-    """Return ``data`` encoded with COBS: without zeros, and without the final zero of a frame."""
+    """Encode bytes with COBS, so that they contain no zero. Append the frame's final zero later."""
     out = bytearray()
     for run in data.split(b"\0"):
         # A run of 254 bytes or more is split into blocks without a zero in between.
@@ -127,25 +131,33 @@ def decode(stuffed: bytes) -> Frame:
 
 
 def unpack(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[Any, ...]:
-    """Return the numbers in a payload. Raise FrameError if its length is wrong."""
+    """Return the numbers in a frame's payload. Raise FrameError if its length is wrong."""
     if len(payload) != form.size:
         raise FrameError(f"a frame of type {kind.name} has the wrong length")
     return form.unpack(payload)
 
 
 def _split(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[tuple[Any, ...], bytes]:
-    """Return the numbers at the beginning of a payload, and the remaining bytes."""
+    """Return the numbers at the beginning of a frame's payload, and the remaining bytes."""
     return unpack(form, payload[: form.size], kind), payload[form.size :]
 
 
 def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -> bytes:
-    """Return the payload of a frame with samples. ``data`` has the shape (1 to 5, channels)."""
+    """Return the payload of a frame with 1 to 5 samples, ``data``, shape (samples, channels).
+
+    ``first_sample`` is the number of the first one, and ``overflow`` the number of samples that the
+    device has dropped.
+    """
     head = _SAMPLES.pack(first_sample & _MASK, overflow & _MASK, len(data))
     return head + np.ascontiguousarray(data, dtype="<i2").tobytes()
 
 
 def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
-    """Return first sample number, overflow count, number of samples, and bytes of the samples."""
+    """Split a payload of :func:`samples_payload`. Raise FrameError if its length is wrong.
+
+    Return the first sample's number, the number of dropped samples, the number of samples in the
+    frame, and their bytes.
+    """
     (first, overflow, n), data = _split(_SAMPLES, payload, FrameType.SAMPLES)
     if n < 1 or len(data) != 2 * n * channels:
         raise FrameError(
@@ -169,7 +181,7 @@ def marker_payload(sample: int, text: str) -> bytes:
 
 
 def marker_text(text: str) -> bytes:
-    """Return a marker's text as UTF-8, cut between characters to fit a frame."""
+    """Return a marker's text as UTF-8, cut after a whole character to fit a frame."""
     return text.encode()[:MARKER_BYTES].decode(errors="ignore").encode()
 
 
@@ -221,9 +233,10 @@ class Decoder:
         self._too_long = False
 
     def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
-        """Add bytes. Decode the samples frames at their start that follow without a loss.
+        """Add the next bytes. Decode only the frames of samples that come first and lack none.
 
-        Return the number of frames, and the bytes of their samples.
+        Return the number of these frames, and the bytes of their samples. Call :meth:`feed` for the
+        rest. ``expected`` describes the first frame.
         """
         self._rest += data
         if self._too_long:

@@ -43,8 +43,8 @@ class RecorderStatus:
 class Recorder:
     """Recorder of samples into one file at a time. Any thread can call its methods.
 
-    The queue has no limit. If the file cannot be written, its complete parts stay readable, and the
-    status gives the reason.
+    Samples wait for the disk in a queue without a limit. If the file cannot be written, recording
+    stops, :attr:`status` gives the reason, and what was written stays readable.
     """
 
     def __init__(self) -> None:
@@ -65,7 +65,10 @@ class Recorder:
             return RecorderStatus(self._path, self._samples, self._waiting, self._failed)
 
     def start(self, path: Path, header: Header) -> None:
-        """Start a recording into a new file. Raise InputError if one is running."""
+        """Start a recording into the new file ``path``.
+
+        Raises ArgumentError if a recording is running or the recorder is closed.
+        """
         with self._starting:
             if self._is_over:
                 raise ArgumentError(
@@ -88,7 +91,7 @@ class Recorder:
             self._thread.start()
 
     def put(self, arrivals: Iterable[Arrival]) -> None:
-        """Queue samples and their markers for writing. Do nothing if no recording is running."""
+        """Queue samples and their markers for writing. Without a recording, do nothing."""
         with self._changed:
             if self._path is None or self._closing:
                 return
@@ -99,7 +102,7 @@ class Recorder:
             self._changed.notify_all()
 
     def wait(self, stopped: Callable[[], bool]) -> None:
-        """Wait until the queue is short, or until ``stopped`` returns True."""
+        """Wait until few samples are in the queue, or until ``stopped`` returns True."""
         with self._changed:
             while self._waiting > QUEUED and not stopped():
                 self._changed.wait(POLL)
@@ -108,7 +111,7 @@ class Recorder:
         self._add(mark)
 
     def put_group(self, name: str, block: Block) -> None:
-        """Queue samples of other columns with a lower rate, such as positions of the hand."""
+        """Queue samples of the group of channels ``name``, such as positions of the hand."""
         self._add((name, block))
 
     def _add(self, piece: _Piece) -> None:
@@ -155,7 +158,7 @@ class Recorder:
             self._waiting = 0
 
     def _take(self) -> list[_Piece]:
-        """Wait for queued items and return them all. The list is empty at the recording's end."""
+        """Wait for queued items and return all of them; [] once the recording shall end."""
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
             waiting = list(self._queue)
@@ -179,7 +182,7 @@ class Recorder:
 
 
 def _joined(pieces: list[_Piece]) -> Iterator[_Piece]:
-    """Yield queued items in order. Short consecutive blocks are joined."""
+    """Yield queued items in order, with short consecutive blocks merged."""
     run: list[Block] = []
     for piece in pieces:
         if isinstance(piece, Block):

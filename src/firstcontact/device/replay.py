@@ -54,8 +54,9 @@ def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
 class ReplaySource(Source):
     """Source that replays a recording, from the first read on, as if its device were connected.
 
-    Gaps take no time. At a finite speed, the arrival time of a block is the time at which it is
-    due, however late it is read. ``block`` is the number of samples in a block.
+    ``speed`` is a multiple of real time, infinite for as fast as possible. Gaps take no time. At a
+    finite speed, a block's arrival time is the time at which it is due, however late it is read.
+    ``block`` is the number of samples in a block.
     """
 
     is_replay = True
@@ -153,7 +154,7 @@ class ReplaySource(Source):
         return self._began + samples / (self.speed * self._recording.header.layout.rate)
 
     def _take(self, now: float, most: int | None = None) -> list[Arrival]:
-        """Return at most ``most`` blocks that are due at the time ``now``, s."""
+        """Return at most ``most`` blocks that are due at ``now``, s of ``time.monotonic()``."""
         arrivals: list[Arrival] = []
         while self._next is not None and len(arrivals) != most:
             due = self._due() if self._paced else now
@@ -175,7 +176,10 @@ class ReplaySource(Source):
 
 
 def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iterator[_Piece]:
-    """Yield the blocks of a recording with their markers and pinches, of one epoch if given."""
+    """Yield the blocks of a recording, ``length`` samples each, with their markers and pinches.
+
+    With ``epoch``, yield only that epoch.
+    """
     stretches = [s for s in recording.stretches if epoch in (None, s.epoch)]
     wanted = [m for m in recording.markers if epoch in (None, m.epoch)]
     markers = deque(sorted(wanted, key=lambda m: (m.epoch, m.sample)))
@@ -206,7 +210,7 @@ def from_path(path: str, options: SourceOptions) -> ReplaySource:
 
 
 class ReplayDevice(TerminalDevice):
-    """Serial device that sends a recording of int16 samples to its host, again and again.
+    """Simulated serial device that sends a recording of int16 samples to its host, in a loop.
 
     At the end of an epoch the device falls silent, and the host's next hello frame begins the next
     epoch. Pinch marks and the calibration are not sent: the protocol has no frames for them.
@@ -272,7 +276,7 @@ class ReplayDevice(TerminalDevice):
         self._responder.finished = self._next is None
 
     def _listen(self) -> bytes:
-        """Wait for bytes from the host until samples are due. Return them, or b""."""
+        """Return the next bytes from the host; b"" if samples are due first."""
         wait = TICK
         if self._responder.streaming and self._next is not None:
             until_due = (FRAME_SAMPLES - self._due) / self._rate
@@ -280,7 +284,10 @@ class ReplayDevice(TerminalDevice):
         return self._terminal.read() if self._wait(wait) else b""
 
     def _hear(self, data: bytes, once: bool) -> bool:
-        """Process bytes from the host. Return True once the whole recording was sent."""
+        """Process bytes from the host. Return True once the whole recording was sent.
+
+        ``once`` is True if the recording shall not begin again.
+        """
         sent = self._next is None and not self._wire
         is_last_epoch = self._epoch_index + 1 == len(self._epochs)
         has_hello = any(frame.type == FrameType.HELLO for frame in self._decoder.feed(data))

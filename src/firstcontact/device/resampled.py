@@ -19,9 +19,10 @@ from firstcontact.signal.resampling import check_rates
 
 
 class ResampledSource(Source):
-    """Source that resamples another open source to a new rate, Hz; strips use the nearest sample.
+    """Source that resamples another open source to the sampling rate ``rate``, Hz.
 
-    A gap loses up to 0.5 ms of signal before it, because the filter cannot look ahead there.
+    Contact strips take the value of the nearest sample. Up to 0.5 ms of signal before each gap are
+    lost, because the filter cannot look ahead there.
     """
 
     def __init__(self, source: Source, rate: float) -> None:
@@ -109,7 +110,10 @@ class ResampledSource(Source):
         return CausalResampler(self._old, self._rate, self._strips, origin)
 
     def _take(self, arrival: Arrival) -> list[Arrival]:
-        """Return resampled samples, preceded by markers that remain from an ended epoch."""
+        """Resample newly arrived samples. Return the arrivals that are ready.
+
+        If a new epoch begins, markers that remain from the old one come first.
+        """
         block, leftovers = arrival.block, []
         is_new_epoch = block.epoch != self._epoch
         if is_new_epoch:
@@ -134,7 +138,10 @@ class ResampledSource(Source):
         )
 
     def _due(self, block: Block, predictions: tuple[DevicePrediction, ...]) -> list[Arrival]:
-        """Return samples with their markers and pinch marks; [] if there is nothing to return."""
+        """Return one arrival with a resampled block and the markers and pinch marks before its end.
+
+        Return [] if all of these are empty.
+        """
         end = block.epoch, block.end
         markers = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
         pinches = tuple(p for p in self._pinches if (p.epoch, p.first_sample) < end)
@@ -145,7 +152,7 @@ class ResampledSource(Source):
         return [Arrival(block, self._host, markers, pinches, predictions)]
 
     def _leftovers(self) -> list[Arrival]:
-        """Return markers and pinch marks of an ended epoch whose samples will not come."""
+        """Return the markers and pinch marks whose samples will not come, as their epoch ended."""
         if not self._waiting:
             return []
         no_samples = np.zeros((0, self.descriptor.layout.width), np.float32)

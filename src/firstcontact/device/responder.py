@@ -1,4 +1,7 @@
-"""Device's side of the wire protocol, equal to ``firmware/core/fc_device.c``, for simulations."""
+"""Device's side of the serial protocol in Python, for simulated devices.
+
+It behaves like the firmware, ``firmware/core/fc_device.c``.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ WIRE_BYTES = 4096
 
 @dataclass(slots=True)
 class _Run:
-    """Consecutive samples as bytes, and the number of samples dropped before them."""
+    """Consecutive samples as bytes.
+
+    ``overflow`` is the number of samples that were dropped before them since the start.
+    """
 
     first: int
     end: int
@@ -38,7 +44,12 @@ class _Run:
 
 
 class Responder:
-    """State machine of the device's side of the protocol, which itself reads and sends nothing."""
+    """State machine of the device's side of the protocol.
+
+    The caller passes on the host's bytes by :meth:`hear`, and sends what :meth:`frame` returns.
+    ``room`` is the number of samples that the device can store. ``on_order`` obeys an order's text
+    and returns the text of the answer.
+    """
 
     def __init__(
         self,
@@ -65,7 +76,7 @@ class Responder:
 
     @property
     def listens(self) -> bool:
-        """Return False while a reply is due, because the device then reads no bytes."""
+        """True if the device reads the host's bytes; False while a reply waits to be sent."""
         return self._reply is None
 
     @property
@@ -85,12 +96,12 @@ class Responder:
             self.overflow += len(data) - taken
 
     def marker(self, sample: int, text: str) -> None:
-        """Send a marker of the device itself, after all samples before number ``sample``."""
+        """Queue a marker of the device itself, to send after all samples before ``sample``."""
         if self.streaming:
             self._markers.append((sample, text))
 
     def hear(self, data: bytes) -> None:
-        """Process bytes from the host. Bytes after a request wait until its reply is sent."""
+        """Process bytes from the host. Bytes after a request wait until the reply is sent."""
         self._heard += data
         self._obey()
 
@@ -133,7 +144,7 @@ class Responder:
         return out
 
     def _obey(self) -> None:
-        """Process the host's frames up to the first one that needs a reply."""
+        """Process the received frames in order, up to the first one that needs a reply."""
         while self._reply is None and 0 in self._heard:
             stuffed, _, self._heard = self._heard.partition(b"\0")
             if not 0 < len(stuffed) <= LONGEST_HEARD:
@@ -177,7 +188,7 @@ class Responder:
 
 
 class TerminalDevice:
-    """Simulated device on a pseudo terminal. Subclasses make its samples."""
+    """Base class of simulated devices on a pseudo terminal. A subclass makes the samples."""
 
     def __init__(self, terminal: PseudoTerminal) -> None:
         self._terminal = terminal
@@ -188,7 +199,10 @@ class TerminalDevice:
     def _restart(
         self, descriptor: Descriptor, room: int, on_order: Callable[[str], str] | None = None
     ) -> None:
-        """Restart the simulated device with a new boot number. All counts begin again."""
+        """Restart the simulated device: a new boot number, and all counters from 0.
+
+        The parameters are those of :class:`Responder`.
+        """
         self._boot += 1
         self._responder = Responder(descriptor, self._boot, room, on_order)
 
@@ -206,7 +220,11 @@ class TerminalDevice:
         return self._responder.frame()
 
     def _wait(self, seconds: float, *inputs: int) -> list[int | PseudoTerminal]:
-        """Wait until the host or an input has bytes, or the port accepts more. Return these."""
+        """Wait until the host or an input has bytes, or the port accepts more bytes.
+
+        ``inputs`` are file descriptors. Wait at most ``seconds``. Return the inputs that have
+        bytes, and the terminal if the host has sent some.
+        """
         listening: list[int | PseudoTerminal] = [*inputs]
         if self._terminal.plugged and self._responder.listens:
             listening.append(self._terminal)

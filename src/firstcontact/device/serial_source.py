@@ -136,7 +136,10 @@ class SerialSource(QueuedSource):
         return self._collect(max(until - time.monotonic(), 0.0), least)
 
     def _read_port(self, least: int, patience: float) -> None:
-        """Sleep until ``least`` samples should have come. Read the port once, for the reader."""
+        """Sleep until ``least`` samples should have come, then read the port once.
+
+        :meth:`read` calls this in the reader's thread. It sleeps and waits ``patience`` s at most.
+        """
         transport = self._transport
         if transport is None or self._interruption is not None or self._closing.is_set():
             self._connected = False  # the source's own thread goes on
@@ -166,7 +169,11 @@ class SerialSource(QueuedSource):
         self._send(FrameType.ORDER, marker_text(text), "the order was not given")
 
     def hint(self, speed: float, error: float, radius: float) -> None:
-        """Send closing speed, m/s, its relative error and radius, m, to the device's model."""
+        """Send facts about the closing to the model that runs on the device.
+
+        These are the closing speed, m/s, the relative standard error of the speed, and the radius
+        of the object's surface, m. Raises DeviceError if the device is not connected.
+        """
         self._send(FrameType.HINT, hint_payload(speed, error, radius), "the speed was not sent")
 
     def _send(self, kind: FrameType, payload: bytes, failed: str) -> None:
@@ -186,7 +193,7 @@ class SerialSource(QueuedSource):
         super().close()
 
     def _run(self) -> None:
-        """Receive samples until the source is closed. :meth:`read` raises a permanent error."""
+        """Receive samples until the source is closed. Connect again after a lost connection."""
         error: InputError | None = None
         try:
             while self._transport is not None:
@@ -220,7 +227,10 @@ class SerialSource(QueuedSource):
                 self._end(error, markers, predictions, number, self._assembler.epoch)
 
     def _communicate(self, transport: SerialTransport) -> None:
-        """Connect, and read the port while :meth:`read` does not, until the source is closed."""
+        """Connect to the device, then read the port whenever :meth:`read` does not.
+
+        Return once the source is closed. Raise LinkError if the port vanishes.
+        """
         self._opened = time.monotonic()
         self._heard = self._asked = -math.inf
         while not self._closing.is_set():
@@ -244,7 +254,7 @@ class SerialSource(QueuedSource):
 
     @contextmanager
     def _last_turn(self) -> Iterator[None]:
-        """Wait until :meth:`read` has left the port, and keep it away in the ``with`` block."""
+        """Wait until :meth:`read` has left the port. No other thread reads it in the body."""
         has_turn = self._turn.acquire(timeout=LAST_TURN)
         try:
             yield
@@ -253,7 +263,10 @@ class SerialSource(QueuedSource):
                 self._turn.release()
 
     def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
-        """Ask a silent device for its descriptor, then read the port."""
+        """Read the port once. Before that, ask a device that is silent for its descriptor.
+
+        Raises DeviceError if a device never answered.
+        """
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
             if self._assembler.epoch < 0 and now - self._opened > self._patience:
@@ -273,7 +286,7 @@ class SerialSource(QueuedSource):
             transport.send(FrameType.START)
 
     def _is_needed(self) -> bool:
-        """Return True if the source's own thread must read the port."""
+        """Return True if the source's thread must read the port, because :meth:`read` does not."""
         now = time.monotonic()
         if now - self._last_read < READER_PAUSE:
             return False
@@ -343,7 +356,7 @@ class SerialSource(QueuedSource):
         self._assembler.interrupted()
 
     def _stop(self, transport: SerialTransport) -> None:
-        """Stop the device, and receive data until it confirms the end."""
+        """Tell the device to stop, and receive data until it confirms."""
         now = time.monotonic()
         silence, spent, last_request = 0.0, 0.0, -AGAIN
         while spent < FAREWELL and silence < SILENCE:

@@ -1,4 +1,4 @@
-"""Interface of all sample sources, and their health."""
+"""Interface of all sources of samples, and the state of their connection."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class Arrival:
     host
         Value of ``time.monotonic()`` when the last byte of the samples arrived, s.
     markers
-        Markers (texts set by a person or program) at these samples. If its own sample was lost, a
-        marker comes with the newest unread samples, or with an empty block.
+        Markers (texts set by a person or program) at these samples. A marker whose sample was lost
+        comes with the newest unread samples, or with an empty block.
     pinches
         Labels and positions of the pinches that begin in these samples, if a recording is replayed.
     predictions
@@ -53,7 +53,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """State of a source, and counts since it was opened.
+    """State of a source's connection, and counts since the source was opened.
 
     Parameters
     ----------
@@ -66,20 +66,20 @@ class Health:
     lost_samples
         Number of samples that the device counted but the host did not receive in usable form.
     overflow_samples
-        Number of those lost samples that the device reports to have dropped for a slow host.
+        Number of the lost samples that the device dropped because the host did not read them.
     unusable_samples
-        Number of those lost samples that arrived with a value that was NaN, infinite or beyond
+        Number of the lost samples that arrived with a value that was NaN, infinite or beyond
         32-bit integers, or with a time stamp that jumps.
     lost_frames
-        Number of frames (serial packets) that are missing in the numbers of received frames.
+        Number of frames (serial packets) that never arrived, by the numbers of those received.
     bad_frames
         Number of frames that arrived damaged, so that their content was lost.
     doubled_frames
         Number of frames that were ignored because they were repeated or out of order.
     late_answers
-        Number of predictions of a model on the device that it skipped, as the next was due.
+        Number of predictions that the device's own model skipped because it was too slow.
     unheard_samples
-        Number of samples that the device sent, but that its own model did not process.
+        Number of samples that the device sent, but that the model on the device did not process.
     reconnects
         Number of times that the device was reconnected or restarted. Each begins an epoch.
     host_rate
@@ -108,7 +108,7 @@ class Health:
 
     @property
     def lost(self) -> str:
-        """Number of lost samples as text, with a remark if more may be lost."""
+        """Text with the number of lost samples, and a remark if more may be lost."""
         unknown = "" if self.losses_known else " or more (the device does not count its samples)"
         return f"{self.lost_samples}{unknown}"
 
@@ -122,7 +122,7 @@ class Health:
 
     @property
     def unusable_text(self) -> str:
-        """Number of unusable samples and the possible reasons, as text."""
+        """Text with the number of unusable samples and the possible reasons."""
         count = self.unusable_samples
         return f"{count} NaN, infinite, out of range, or with a time stamp that jumps"
 
@@ -199,11 +199,17 @@ class Source(ABC):
         """
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the hand's speed just before a sample; None if it was not measured."""
+        """Return the fingertip's speed just before a contact; None if it was not measured.
+
+        ``sample`` is the contact's sample number, in the epoch ``epoch``.
+        """
         return None
 
     def positions_since(self, since: float) -> list[tuple[float, float]]:
-        """Return a simulated hand's (time, s; travel, m) pairs after the time ``since``, s."""
+        """Return (time, s; travel, m) pairs of a simulated hand, later than ``since``, s.
+
+        Times are on the clock of the samples. Real devices return [].
+        """
         return []
 
     @abstractmethod
@@ -217,7 +223,10 @@ class Source(ABC):
         self.close()
 
     def _check_readable(self, timeout: float, *, is_drained: bool) -> None:
-        """Raise InputError for a read that could never return anything."""
+        """Raise InputError for a read that could never return anything.
+
+        ``is_drained`` is True if the source is closed and has no unread samples.
+        """
         self.descriptor  # noqa: B018  # refuses if the source is not open
         if is_drained:
             raise DeviceError(f"{self.name} is closed: open it again")
@@ -232,7 +241,7 @@ class Source(ABC):
 
 
 def require_source(source: object) -> None:
-    """Raise InputError if the value is not a source but, for example, a device name."""
+    """Raise ArgumentError if a value is not a :class:`Source` but, for example, a device name."""
     if not isinstance(source, Source):
         raise ArgumentError(
             f"a source is needed, not a {type(source).__name__}: open one with "
@@ -242,7 +251,7 @@ def require_source(source: object) -> None:
 
 
 def drain(source: Source) -> list[Arrival]:
-    """Close a source and return the received samples that were not read yet."""
+    """Close a source. Return the samples that it has received but that were not read yet."""
     source.close()
     arrivals: list[Arrival] = []
     with suppress(InputError):  # the reader has raised it already, or is ending
@@ -252,7 +261,7 @@ def drain(source: Source) -> list[Arrival]:
 
 
 def _changes(previous: Health, now: Health) -> list[str]:
-    """Return a line of text for each disconnection, reconnection and loss between two states."""
+    """Return a line for each disconnection, reconnection and loss between two states."""
     news = []
     if previous.connected and not now.connected:
         unusable = now.unusable_samples + now.bad_frames
@@ -272,7 +281,10 @@ def _changes(previous: Health, now: Health) -> list[str]:
 
 
 class LinkNews:
-    """Reporter of changes in a link since its last report. It reports losses once a second."""
+    """Reporter of disconnections, reconnections and losses of a source, as lines for the user.
+
+    :meth:`lines` returns the changes since its last call. It reports losses once a second at most.
+    """
 
     def __init__(self, health: Health, clock: Callable[[], float] = time.monotonic) -> None:
         self._previous = health
@@ -293,7 +305,10 @@ class LinkNews:
 
 
 def clock_line(health: Health, rate: float) -> str:
-    """Return text that compares the measured rate with the stated one, Hz; "" if unknown."""
+    """Return a line that compares the measured sampling rate with the stated ``rate``, Hz.
+
+    Return "" while the rate is not measured.
+    """
     if not health.host_rate > 0:
         return ""
     off = 1e6 * (health.host_rate / rate - 1)

@@ -1,4 +1,4 @@
-"""Sample numbers from time stamps, by a line that follows the sender's clock."""
+"""Numbering of samples by their time stamps, for senders that do not number samples."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ SMALLEST = 2.0
 
 
 class StampedSamples:
-    """Numbering of samples by their time stamps, which also detects missing samples."""
+    """Numbering of samples by their time stamps. Missing samples show as jumps of the number.
+
+    ``rate`` is the stated sampling rate, Hz. A line through the stamps follows the sender's clock.
+    """
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -69,7 +72,7 @@ class StampedSamples:
         return numbers
 
     def _repaired(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return time stamps with interpolated values in place of unusable ones."""
+        """Return time stamps, s, with interpolated values in place of unusable ones."""
         good = usable_stamps(stamps)
         if good.all():
             return stamps
@@ -82,7 +85,10 @@ class StampedSamples:
         return repaired
 
     def _missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
-        """Return the number of samples that are missing before a chunk; 0 if it may be jitter."""
+        """Return the number of samples that are missing before a chunk of samples.
+
+        Return 0 if jitter may explain the delay. ``numbers`` are those without a missing sample.
+        """
         assert self._zero is not None
         if len(self._centres) < LEAST:
             return 0
@@ -99,6 +105,6 @@ class StampedSamples:
 
 
 def usable_stamps(stamps: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return True for each time stamp that is finite and in range; shape (samples,)."""
+    """Return a mask of the time stamps, s, that are finite and in range, shape (samples,)."""
     usable: NDArray[np.bool_] = np.abs(stamps) <= LARGEST_STAMP
     return usable

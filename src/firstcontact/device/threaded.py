@@ -36,7 +36,7 @@ LARGEST_SAMPLE = 2.0**31
 
 
 class QueuedSource(Source):
-    """Source whose own thread puts samples into a queue, from which they are read."""
+    """Base class of sources with a thread that puts samples into a queue for :meth:`read`."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -94,7 +94,7 @@ class QueuedSource(Source):
         self._thread.start()
 
     def _measure_rate(self, stated: float) -> None:
-        """Begin to measure the sampling rate of an epoch, and compare it with ``stated``, Hz."""
+        """Start the measurement of an epoch's sampling rate. ``stated`` is the stated rate, Hz."""
         self._clock, self._rate_check = ClockFit(stated), RateCheck(stated)
 
     def _is_enough(self) -> bool:
@@ -116,7 +116,11 @@ class QueuedSource(Source):
         number: int,
         epoch: int,
     ) -> None:
-        """End the stream. After the last samples, the reader gets ``error`` or the end."""
+        """End the stream. After the last samples, :meth:`read` raises ``error`` if there is one.
+
+        ``markers`` and ``predictions`` that still wait for a sample go with the last samples, or
+        with an empty block at sample ``number`` of ``epoch``.
+        """
         if markers or predictions:
             no_samples = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
             empty = Arrival(Block(no_samples, number, epoch), time.monotonic())
@@ -128,9 +132,9 @@ class QueuedSource(Source):
 
 
 class ThreadedSource(QueuedSource):
-    """Base class of sources with their own receiving thread.
+    """Base class of sources that receive vibration samples in a thread and resample them.
 
-    Subclasses implement ``_open``, ``_work`` and ``_shut``.
+    A subclass implements ``_open``, ``_work`` and ``_shut``. ``_work`` calls ``_give``.
     """
 
     def __init__(self, name: str) -> None:
@@ -157,11 +161,11 @@ class ThreadedSource(QueuedSource):
 
     @abstractmethod
     def _work(self) -> None:
-        """Deliver samples until ``self._closing`` is set."""
+        """Deliver samples by :meth:`_give` until ``self._closing`` is set. Runs in the thread."""
 
     @abstractmethod
     def _shut(self) -> None:
-        """Release the port or stream, in the receiving thread. It may not have been opened."""
+        """Release the port or stream, even if opening it failed. Runs in the receiving thread."""
 
     @property
     def descriptor(self) -> Descriptor:
@@ -187,7 +191,7 @@ class ThreadedSource(QueuedSource):
         return self
 
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample. Raise InputError if the source is not connected."""
+        """Attach ``text`` to the next sample as a marker. Raise DeviceError if not connected."""
         check_text(text)
         with self._changed:
             if not self._health.connected:
@@ -198,7 +202,7 @@ class ThreadedSource(QueuedSource):
             self._markers.append(text)
 
     def _resample(self, input_rate: float, output_rate: float) -> float:
-        """Set the rates between which :meth:`_give` resamples, Hz. Return the filter's delay, s."""
+        """Set the rates of :meth:`_give`'s resampling, Hz. Return the filter's delay, s."""
         self._input_rate, self._output_rate = input_rate, output_rate
         return CausalResampler(input_rate, output_rate).delay
 
@@ -210,10 +214,11 @@ class ThreadedSource(QueuedSource):
         host: float,
         taken: float | None = None,
     ) -> None:
-        """Deliver samples to the reader. Samples that are not usable become gaps.
+        """Resample samples and deliver them to the reader. Unusable samples become gaps.
 
-        ``numbers`` are those of the input samples. ``host`` is the time of their arrival, and
-        ``taken`` that of the newest one at the sender, both by ``time.monotonic()``, s.
+        ``values`` has the shape (samples, channels), and ``numbers`` the number of each sample.
+        ``host`` is the time at which the samples arrived, and ``taken`` the time at which the
+        sender took the newest one, both in s of this computer's ``time.monotonic()``.
         """
         if not len(values):
             return
@@ -232,7 +237,10 @@ class ThreadedSource(QueuedSource):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count all input samples after the last delivered one, up to ``end``, as lost."""
+        """Count the input samples from the last delivered one to ``end`` (exclusive) as lost.
+
+        Raises DeviceError if no sample was usable since the source was opened.
+        """
         until = -int(-end * self._output_rate // self._input_rate)
         with self._changed:
             self._begin_epoch(epoch, 0)
@@ -287,7 +295,7 @@ class ThreadedSource(QueuedSource):
         self._next, self._pending = (epoch, first), 0
 
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
-        """Raise InputError because the measured rate is ``share`` times the stated one."""
+        """Raise DeviceError: the measured rate is ``share`` times the stated one by ``clock``."""
         stated = self._input_rate or self.descriptor.layout.rate
         raise DeviceError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "

@@ -1,4 +1,4 @@
-"""Hand of the twin, which takes commands over the twin's simulated serial line."""
+"""Driver for the hand of the twin (simulated hand), over its simulated serial line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RATE = 200.0
 
 
 class TwinHand(Hand):
-    """Hand of the twin: each command is sent as an order for the current closing."""
+    """Driver for the twin's hand. It sends each command as an order for the current closing."""
 
     name = "twin"
     limits = HandLimits(speed=Drive().speed, force=Drive().force, rate=RATE, watchdog=inf)
@@ -40,9 +40,9 @@ class TwinHand(Hand):
         self._order(CLOSE_ORDER)
 
     def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
-        """Return (time, s; travel, m) pairs after ``since`` by the clock of the samples.
+        """Return (time, s; travel, m) pairs later than ``since``, s of the samples' clock.
 
-        The twin's positions have sample times, so ``host_zero`` is not used.
+        ``host_zero`` is not used, because the twin reports positions on the samples' clock.
         """
         if not self._open:
             return ()

@@ -1,4 +1,4 @@
-"""Process that simulates the twin as a device, until its standard input ends."""
+"""Child process that simulates the twin as a serial device, until its standard input ends."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class TwinProcess(TerminalDevice):
                 return
 
     def _catch_up(self) -> bool:
-        """Simulate a batch of samples if it is due. Return True if the next one is due too."""
+        """Simulate the next batch of samples if it is due. Return True if another is due, too."""
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
@@ -110,7 +110,7 @@ class TwinProcess(TerminalDevice):
         return frame
 
     def _announce(self) -> None:
-        """Send markers: object and largest force of each closing, or the loss of an object."""
+        """Send markers about new closings: the object, the largest force, or its loss."""
         words: list[tuple[int, str]] = []
         for pinch in reversed(self._stream.pinches):
             words.append((pinch.start, f"{TWIN}{pinch.label.object}"))
@@ -125,7 +125,7 @@ class TwinProcess(TerminalDevice):
         self._announced = self._stream.sample - 1
 
     def _obey(self, text: str) -> str:
-        """Carry out an order about the object or the hand. Return the text of the answer."""
+        """Carry out an order to the object, hand or tester. Return the text of the answer."""
         try:
             if text.startswith(OBJECT):
                 name = text.removeprefix(OBJECT).strip()
@@ -151,7 +151,7 @@ class TwinProcess(TerminalDevice):
         return f"{ACCEPTED}{text}"
 
     def _command(self) -> bool:
-        """Carry out commands from the parent process. Return False once its pipe is closed."""
+        """Carry out commands from the parent process. Return False once that closed the pipe."""
         lines = os.read(0, 4096)
         for line in lines.splitlines():
             answer = "done"
@@ -178,7 +178,7 @@ DESCRIPTOR = Descriptor(
 
 
 def say(line: str) -> None:
-    """Send a line to the parent process, if that still runs."""
+    """Send a line to the parent process, if the parent still runs."""
     try:
         sys.stdout.write(line + "\n")
         sys.stdout.flush()

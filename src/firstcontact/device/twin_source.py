@@ -1,4 +1,4 @@
-"""Twin as a device on a simulated serial port in its own process, and a source for it."""
+"""Twin (simulated hand) as a serial device in a child process, and a source that opens it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ AHEAD = 0.25
 
 
 class TwinDevice:
-    """Process that simulates the twin on a pseudo terminal, until it is closed."""
+    """Child process that simulates the twin on a pseudo terminal. Open its ``port``."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class TwinDevice:
         return self._child.pid
 
     def positions_since(self, since: float) -> list[tuple[float, float]]:
-        """Return (time, s of the samples' clock; travel, m) pairs after the time ``since``."""
+        """Return (time, s; travel, m) pairs later than ``since``, s of the samples' clock."""
         _, *pairs = self._ask(f"positions {since!r}").split()
         return [(float(at), float(x)) for at, x in (pair.split(",") for pair in pairs)]
 
@@ -113,7 +113,7 @@ class TwinDevice:
 
 
 class TwinSource(SerialSource):
-    """Source for the twin: it starts a :class:`TwinDevice` and opens its port."""
+    """Source for the twin. It starts a :class:`TwinDevice` and opens the device's port."""
 
     def __init__(
         self,

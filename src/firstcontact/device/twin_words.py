@@ -30,7 +30,7 @@ def object_text(name: str) -> str:
 
 
 def tester_text(task: str) -> str:
-    """Return an order to the simulated tester: "rest", "tap index" or "press thumb"."""
+    """Return the order for a task of the simulated tester: "rest", "tap index" or "press thumb"."""
     return f"{TESTER} {task}"
 
 
@@ -39,7 +39,10 @@ def is_accepted(marker: str, order: str) -> bool:
 
 
 def read_order(text: str) -> Command | None:
-    """Return the command that an order to the twin's hand holds; None for the order to open."""
+    """Parse an order to the twin's hand. Return the command; None for the order to open.
+
+    Raises ArgumentError for any other text.
+    """
     words = text.removeprefix(HAND).split()
     if words == ["release"]:
         return None
@@ -62,12 +65,12 @@ def lost_text(how: str) -> str:
 
 
 def lost_object(text: str) -> str | None:
-    """Return "dropped" or "broken" if a marker reports a lost object, otherwise None."""
+    """Return "dropped" or "broken" if the marker ``text`` reports a lost object, else None."""
     return text.removeprefix(LOST) if text.startswith(LOST) else None
 
 
 def held_object(text: str) -> str | None:
-    """Return the name of the object if a marker reports a new closing, otherwise None."""
+    """Return the object's name if the marker ``text`` reports a new closing, else None."""
     if not text.startswith(TWIN) or text.startswith(ABOUT_HAND):
         return None
     return text.removeprefix(TWIN)

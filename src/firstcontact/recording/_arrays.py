@@ -1,7 +1,7 @@
 """Importers of pinches from named arrays in HDF5 files and NumPy archives.
 
-The page docs/how-to/import-recordings.md lists the names and shapes. The attribute
-``firstcontact_layout`` of exported files replaces all other settings but ``source``.
+The page docs/how-to/import-recordings.md lists the names and shapes. Exported files have an
+attribute ``firstcontact_layout``, which replaces all other settings but ``source``.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ _SHORTEST = 0.003
 
 
 def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from an HDF5 file, which states its rate."""
+    """Import pinches from an HDF5 file. ``rate`` is not used, because the file states it."""
     return from_arrays(path, *read_hdf5(path, NAMES, (*SETTINGS, LAYOUT)))
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a NumPy archive, which states its rate."""
+    """Import pinches from a NumPy archive. ``rate`` is not used, because the file states it."""
     arrays = {}
     remedy = "save it with numpy.savez and without objects"
     with library_errors(path, "an NPZ of plain arrays", remedy), open_regular(path) as stream:
@@ -70,7 +70,10 @@ def import_npz(path: Path, rate: float | None = None) -> Dataset:
 def read_hdf5(
     path: Path, names: Collection[str], settings: Collection[str] = ()
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Read datasets and attributes by name. Return them, and the names of all others."""
+    """Read the datasets ``names`` and the attributes ``settings`` of an HDF5 file.
+
+    Return those that exist, as arrays by name, and the names of the datasets that were not read.
+    """
     require_modules("files", "h5py")
     with library_errors(path, "HDF5", "write it again"):
         open_regular(path).close()
@@ -99,10 +102,10 @@ def read_hdf5(
 
 
 def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:
-    """Make a dataset from named arrays with the names and shapes of HDF5 and NPZ files to import.
+    """Make a dataset from arrays, with the names and shapes that the import page lists.
 
-    Error messages name ``path``. ``notes`` of the dataset lists ``unknown``, the names of unused
-    arrays in the file. An invalid array raises an InputError that names it.
+    ``path`` is the file that error messages name. ``unknown`` are the names of unused arrays in the
+    file, for the dataset's notes. Raises FileError, which names the array, for an invalid array.
     """
     remedy = "array 'piezo': add it, shape (pinches, samples, 1 or 2)"
     sensor = find_sensor(str(path), arrays, remedy)
@@ -158,10 +161,11 @@ def from_signals(
     given: Mapping[str, Any],
     notes: Sequence[str],
 ) -> Dataset:
-    """Make a dataset from named signals and settings, with the rows of each pinch in ``bounds``.
+    """Make a dataset from the signals of all pinches, one after the other.
 
-    ``signals`` have the shape (samples of all pinches, ...), and ``bounds`` the first and the end
-    row of each pinch.
+    ``table`` has the labels, one row per pinch. ``signals`` are arrays by name, the vibration
+    first, shape (samples of all pinches, ...). ``bounds`` are the first sample and the end of each
+    pinch in them. ``given`` are the settings of the file, such as the sampling rate.
     """
     origin, (sensor, vibration) = str(table.path), next(iter(signals.items()))
     data = joined([values.reshape(len(values), -1) for values in signals.values()])

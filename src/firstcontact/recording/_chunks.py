@@ -1,4 +1,4 @@
-"""Search for intact chunks in a damaged MCAP file, which relies on their checksums only.
+"""Search for intact chunks (groups of records with a checksum) in a damaged MCAP file.
 
 Usual readers stop at the first wrong length. This search accepts a chunk if its lengths are
 consistent and its CRC is right. After damage it continues at the next byte.
@@ -41,7 +41,7 @@ Record = tuple[int, str | bytes]
 
 
 class FileBytes:
-    """Bytes of a file, which are read only when they are used."""
+    """Bytes of a file, read from disk only when a slice of them is used."""
 
     def __init__(self, path: Path) -> None:
         if path.is_dir():
@@ -76,7 +76,10 @@ class FileBytes:
 def read_chunks(
     path: Path, data: FileBytes, damage: list[str]
 ) -> Iterator[tuple[slice, list[Record]]]:
-    """Yield position and records of each intact chunk. Texts on damage are added to ``damage``."""
+    """Yield the position in the file, and the records, of each intact chunk.
+
+    Append a sentence about each damage to ``damage``. Raise FileError if this is no MCAP file.
+    """
     start = data[: len(MAGIC)]
     intact = sum(a == b for a, b in zip(start, MAGIC, strict=False))
     if not start:
@@ -97,7 +100,10 @@ def read_chunks(
 def search(
     path: Path, data: FileBytes | bytes, damage: list[str], end: int = len(MAGIC)
 ) -> Iterator[tuple[slice, list[Record]]]:
-    """Yield position and records of the intact chunks from byte ``end`` on."""
+    """Yield the position and the records of each intact chunk from byte ``end`` of ``data`` on.
+
+    Append a sentence about each damage to ``damage``.
+    """
     chunks = 0
     left = _UNPACKED + _UNPACKED_TIMES * len(data)  # bytes for all compressed chunks together
     patience = _PATIENCE * len(data)
@@ -135,7 +141,10 @@ def search(
 
 
 def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
-    """Return a chunk's records, its stated CRC, and the number of decompressed bytes."""
+    """Return a chunk's records as bytes, the CRC that it states, and how much was decompressed.
+
+    Raises ValueError if it would unpack to more than ``most`` bytes.
+    """
     size, crc, letters = struct.unpack_from("<16xQII", body)
     kind, data = body[32 : 32 + letters], body[40 + letters :]
     if not kind:
@@ -148,7 +157,10 @@ def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
 
 
 def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
-    """Decompress ``packed``, at most one byte more than the stated ``size``."""
+    """Decompress ``packed`` with the method ``kind``. Raise ValueError unless this gives ``size``.
+
+    At most ``size + 1`` bytes are decompressed, so that a false size cannot fill the memory.
+    """
     data: bytes
     if kind == b"zstd":
         from zstandard import ZstdDecompressor, ZstdError
@@ -168,7 +180,7 @@ def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
 
 
 def find_chunks(data: FileBytes | bytes, start: int = len(MAGIC)) -> Iterator[tuple[int, int]]:
-    """Yield start and end of all bytes that look like a chunk, also inside damaged chunks."""
+    """Yield the start and the end of all bytes that look like a chunk, even inside other chunks."""
     for base in range(start, len(data), _PIECE):
         piece = data[base : base + _PIECE + _BEGINNING]
         position = 0
@@ -181,7 +193,7 @@ def find_chunks(data: FileBytes | bytes, start: int = len(MAGIC)) -> Iterator[tu
 
 
 def _is_framed(data: FileBytes | bytes, position: int, stop: int) -> bool:
-    """Return True if these bytes are complete records, and none of them is a chunk."""
+    """Return True if the bytes ``position`` to ``stop`` are complete records without a chunk."""
     while position < stop:
         if stop - position < FRAME.size:
             return False
@@ -193,7 +205,10 @@ def _is_framed(data: FileBytes | bytes, position: int, stop: int) -> bool:
 
 
 def _tail(data: FileBytes | bytes, end: int, read: int) -> list[str]:
-    """Return notes on damage after the last intact chunk, and on chunks only in the index."""
+    """Return sentences about damage after the last intact chunk.
+
+    ``end`` is the end of that chunk, and ``read`` the number of intact chunks.
+    """
     footer = len(data) - len(MAGIC) - _FOOTER_BYTES
     is_footer = footer >= end and data[footer : footer + 1] == bytes([Opcode.FOOTER])
     if data[-len(MAGIC) :] != MAGIC or not is_footer:
@@ -211,7 +226,10 @@ def _tail(data: FileBytes | bytes, end: int, read: int) -> list[str]:
 
 
 def _chunk_count(data: FileBytes | bytes, footer: int) -> int | None:
-    """Return the number of chunks that the summary states; None if the summary is damaged."""
+    """Return the number of chunks that the file's summary states; None if that is damaged.
+
+    ``footer`` is the position of the footer.
+    """
     position, _, crc = struct.unpack("<QQI", data[footer + FRAME.size : -len(MAGIC)])
     if not 0 < position <= footer:
         return None

@@ -61,7 +61,10 @@ _EXACT = 0.05
 
 
 def import_csv(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a CSV file with one row per sample."""
+    """Import pinches from a CSV file with one row per sample. ``rate`` is the rate in Hz, if given.
+
+    Raises FileError, which names the cell, if the file cannot be used.
+    """
     table = read_columns(path, "pinch")
     if "pinch" not in table:
         raise FileError(
@@ -105,7 +108,10 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
 
 
 def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
-    """Return the column names of each vibration sensor: one sensor, or index finger and thumb."""
+    """Return the names of the columns of each vibration sensor, one list per sensor.
+
+    There is one sensor of no finger, or one each of index finger and thumb.
+    """
 
     def columns_named(named: str) -> list[str]:
         axes = (f"{named}_{axis}" for axis in "xyz")
@@ -124,7 +130,10 @@ def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
 
 
 def _others(table: Table) -> dict[str, list[str]]:
-    """Return the column names of force and contact strips. Incomplete ones raise an error."""
+    """Return the names of the columns of the force and of the contact strips, by kind of signal.
+
+    Raises FileError if only some columns of a kind exist.
+    """
     for names in _OTHERS.values():
         missing = [name for name in names if name not in table]
         if 0 < len(missing) < len(names):
@@ -136,7 +145,10 @@ def _others(table: Table) -> dict[str, list[str]]:
 
 
 def _unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> str:
-    """Return the unit from a setting, or from the columns' names, such as "piezo_index (mV)"."""
+    """Return the unit of a kind of signal: stated, or in its column names, as "piezo_index (mV)".
+
+    Raises FileError if there are two units, or none for a sensor that needs one.
+    """
     given = [stated, *map(table.units.get, names)]
     units = [*dict.fromkeys(unit for unit in given if unit is not None)]
     if len(units) > 1:
@@ -152,7 +164,7 @@ def _unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> 
 
 
 def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:
-    """Return a column of samples. Whole numbers stay integers."""
+    """Return the samples in the column ``name``, integers if all are whole numbers."""
     if name not in table:
         raise FileError(f"{table.path} has no column {quote(name)}: add it, or export it again")
     values = np.array(table.parsed(name, parse_float))
@@ -162,7 +174,7 @@ def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]
 
 
 def _bounds(table: Table) -> Bounds:
-    """Return for each pinch its first row, and the row after its last one."""
+    """Return the first row of each pinch, and the row after its last one."""
     bounds = []
     seen = set()
     start = 0
@@ -178,7 +190,7 @@ def _bounds(table: Table) -> Bounds:
 
 
 def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
-    """Return a column's value for each pinch. Raise FileError if it changes within a pinch."""
+    """Return the value of a column in each pinch. Raise FileError if it changes within a pinch."""
     cells = table[name]
     for start, stop in bounds:
         for row in range(start, stop):
@@ -189,7 +201,10 @@ def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
 
 
 def _rate(table: Table, bounds: Bounds, written: str | None, option: float | None) -> float:
-    """Return the rate, Hz, on which ``--rate``, ``sample_rate_hz`` and ``time_s`` must agree."""
+    """Return the sampling rate, Hz, from ``--rate``, ``sample_rate_hz`` or the times ``time_s``.
+
+    Raises FileError if two of these differ or all are missing.
+    """
     rates: list[tuple[str, float]] = []
     if option is not None:
         rates.append(("--rate", given_rate(option)))
@@ -230,9 +245,9 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
 def _rate_of_time(
     table: Table, times: NDArray[np.float64], start: int, stop: int
 ) -> tuple[float, float]:
-    """Return the mean sampling rate of one pinch, Hz, and its relative error from rounding.
+    """Return the mean sampling rate of one pinch, Hz, and the rate's relative error from rounding.
 
-    Raise FileError if ``time_s`` does not rise evenly.
+    The pinch has the rows ``start`` to ``stop``. Raises FileError if its times do not rise evenly.
     """
     moments = times[start:stop]
     steps = np.diff(moments)
@@ -269,7 +284,7 @@ def _rate_of_time(
 
 
 def _checked_rate(table: Table, rate: float) -> float:
-    """Raise FileError for an impossible rate. The message names the unit that would fit."""
+    """Return ``rate``, Hz. Raise FileError, with the unit that would fit, if it is impossible."""
     origin = f"{table.path}: the rate of time_s"
     for unit, factor in (("ms", 1e3), ("us", 1e6)):
         if not LOWEST_RATE <= rate <= HIGHEST_RATE and 1e3 <= rate * factor <= 1e5:

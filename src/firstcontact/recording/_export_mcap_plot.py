@@ -66,7 +66,7 @@ def _write(dataset: Dataset, path: Path) -> None:
 
 
 def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
-    """Return times from the pinch's start, s, and values of each channel, by its topic."""
+    """Return times, s from the pinch's start, and values of each channel, by MCAP topic."""
     layout = pinch.layout
     physical = layout.physical(pinch.data, tuple(range(layout.width)))
     times = np.arange(len(pinch.data)) / layout.rate
@@ -85,7 +85,7 @@ def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
 
 
 def _contacts(pinch: Pinch) -> Iterator[tuple[float, str]]:
-    """Yield the time of each contact from the pinch's start, s, and a description."""
+    """Yield the time of each contact, s from the pinch's start, and a text about the contact."""
     label = pinch.label
     words = ", ".join(filter(None, (label.object or "unknown object", label.value_words)))
     for contact in pinch.truth:

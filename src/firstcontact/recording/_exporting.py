@@ -32,7 +32,7 @@ _NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *PINCH_COLUMNS}
 
 
 def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
-    """Write a dataset to a new file in another format, such as ``EXPORTERS["csv"]``.
+    """Write a dataset to the new file ``out`` in the format ``to``, such as ``EXPORTERS["csv"]``.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
 
 
 def _padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return arrays of different lengths as one array, filled up with NaN."""
+    """Stack arrays of different lengths into one array. Fill the short ones up with NaN."""
     longest = max(parts, key=len)
     out = np.full((len(parts), *longest.shape), math.nan)
     for row, part in zip(out, parts, strict=True):
@@ -148,7 +148,7 @@ def _padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
-    """Return the columns of one kind, ordered by finger, then by taxel or axis."""
+    """Return the numbers of one kind's columns, ordered by finger, then by taxel or axis."""
     channels = layout.column_channels
     columns = [i for i, channel in enumerate(channels) if channel.kind is kind]
     columns.sort(key=lambda i: (channels[i].finger or 0, channels[i].taxel or 0))
@@ -158,7 +158,11 @@ def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
 def _values(
     dataset: Dataset, channels: Sequence[Channel]
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Return the contents of an export besides samples: values per pinch, and per file."""
+    """Return what an export holds beside samples: lists with a value per pinch, and file settings.
+
+    Both are by name. The settings include the layout of ``channels``, whose signals are exported in
+    physical units.
+    """
     physical = tuple(replace(c, scale=1.0, offset=0.0) for c in channels)
     layout = Layout(physical, dataset.layout.rate)
     text = json.dumps(layout.to_json(), ensure_ascii=False)
@@ -166,7 +170,11 @@ def _values(
 
 
 def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
-    """Return labels and contacts that all pinches have, by column name, one value per pinch."""
+    """Return labels and contacts by column name, one value per pinch.
+
+    Columns that are unknown for a pinch are left out, or hold -1. Contacts count from the first
+    sample of the pinch.
+    """
     pinches = dataset.pinches
 
     def places(samples: Sequence[int | None]) -> list[int]:
@@ -197,7 +205,10 @@ def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
 
 def _file_values(dataset: Dataset) -> dict[str, Any]:
-    """Return the settings that all pinches share, by the names that importers use."""
+    """Return the settings that all pinches share, such as the rate, by the importers' names.
+
+    Raises FileError if the vibration channels differ in one of them.
+    """
     first, *others = dataset.layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
         if any(getattr(c, name) != getattr(first, name) for c in others):
@@ -215,7 +226,10 @@ def _file_values(dataset: Dataset) -> dict[str, Any]:
 
 
 def _signals(pinch: Pinch) -> dict[str, Any]:
-    """Return the time, s, and the signals of a pinch by name, one value per sample."""
+    """Return the times, s, and the signals of a pinch in physical units, by column name.
+
+    Raises FileError if a channel has the name of another column.
+    """
     names = pinch.layout.column_names
     clashes = sorted(_NAMES & set(map(str.strip, names)))
     if clashes:

@@ -25,11 +25,11 @@ class Importer:
     title
         Description of the accepted files, for messages: "a .csv file".
     read
-        Function that is called with a path and a sampling rate in Hz (or None), and returns a
-        dataset. It gets the other ``options`` by keyword, None if not given. It raises InputError
-        with the file, the problem and the remedy.
+        Function that makes a dataset from a path and a sampling rate in Hz (or None). It gets the
+        other ``options`` by keyword, None if not given. It raises InputError with the file, the
+        problem and the remedy.
     suffixes
-        File name extensions that it accepts, such as ".csv", in lower case; empty for folders.
+        File name extensions that the importer accepts, such as ".csv"; empty for folders.
     marker
         Name of a file that an accepted folder must contain.
     options
@@ -37,7 +37,7 @@ class Importer:
         or the tables "events", "channels" and "labels". An importer with tables accepts any folder
         if the user gives one of these tables.
     extra, modules
-        Optional dependencies (pip extra) of this package that ``read`` needs, and their modules.
+        Name of this package's pip extra that ``read`` needs, and the modules that it installs.
     """
 
     name: str
@@ -50,7 +50,10 @@ class Importer:
     modules: tuple[str, ...] = ()
 
     def accepts(self, path: Path, tables: Collection[str] = ()) -> bool:
-        """Return True if the importer accepts this path together with tables of these names."""
+        """Return True if the importer accepts a path, and the ``tables`` that the user gave.
+
+        ``tables`` are the names of options, such as "events".
+        """
         if not set(tables) <= set(self.options):
             return False
         if path.is_dir():
@@ -70,7 +73,7 @@ class Exporter:
         Function that writes a dataset of at least one pinch to a new path. It raises InputError if
         the format cannot store the dataset.
     extra, modules
-        Optional dependencies (pip extra) of this package that ``write`` needs, and their modules.
+        Name of this package's pip extra that ``write`` needs, and the modules that it installs.
     groups
         True if the format also stores channels with a lower rate (groups of the layout).
     """

@@ -1,4 +1,7 @@
-"""Conversion of imported labels, contacts and samples to a dataset of pinches."""
+"""Conversion of imported labels, contacts and samples to a dataset of pinches.
+
+The parsers of cells raise ValueError with words that continue a sentence: "which is too long".
+"""
 
 from __future__ import annotations
 
@@ -50,7 +53,7 @@ _ALIKE = 0.75
 
 
 def parse_text(value: Any) -> str:
-    """Parse text, which may be empty."""
+    """Return a cell as text in one spelling, perhaps "". Raise ValueError if it is too long."""
     if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
         raise ValueError("which must be a text or a number")
     text = plain_name(as_text(value))
@@ -71,7 +74,7 @@ def parse_whole(value: Any) -> int:
 
 
 def parse_finger(value: Any) -> Finger | None:
-    """Parse a finger. Return None if it is unknown."""
+    """Parse a cell with a finger: "index" or 0, "thumb" or 1. Return None for "" and -1."""
     text = as_text(value).strip().lower()
     with suppress(ValueError):
         text = str(parse_whole(text))
@@ -96,7 +99,7 @@ def _parse_class(value: Any) -> int:
 
 
 def choice(kind: type[StrEnum]) -> Callable[[Any], Any]:
-    """Return a function that parses the text of an enumeration's member."""
+    """Return a parser of cells that name a member of the enumeration ``kind``."""
 
     def parse_choice(value: Any) -> StrEnum:
         try:
@@ -119,7 +122,10 @@ def _parse_shape(value: Any) -> str:
 def bounded(
     parse: Callable[[Any], Any], low: float, high: float, *, or_unknown: bool = False
 ) -> Callable[[Any], Any]:
-    """Return a parser of numbers from ``low`` to ``high``. -1 may stand for unknown."""
+    """Return ``parse`` with a check that the number is from ``low`` to ``high``.
+
+    With ``or_unknown``, -1 (unknown) passes, too.
+    """
 
     def parse_bounded(value: Any) -> Any:
         number = parse(value)
@@ -175,7 +181,13 @@ def make_dataset(
     groups: Sequence[Mapping[str, Block]] | None = None,
     exported: bool = False,
 ) -> Dataset:
-    """Make a dataset from a table of labels with a row per pinch, and the samples of each pinch."""
+    """Make a dataset from a table of labels, one row per pinch, and the samples of each pinch.
+
+    ``cuts`` are the raw samples, shape (samples, width of ``layout``). ``starts`` are the numbers
+    of their first samples; by default the pinches are numbered one after the other. ``groups`` are
+    each pinch's samples of slower channels, by name. ``exported`` is True for files that this
+    package exported. Raises FileError, which names the cell, for an unusable label.
+    """
     labels, assumed = _labels(table, len(cuts))
     contacts, guessed = _contacts(table, cuts, layout, exported)
     motors = _motor_starts(table, [len(cut) for cut in cuts], contacts)
@@ -211,7 +223,10 @@ def make_dataset(
 
 
 def note_unknown(table: Table, names: Iterable[str], noun: str = "columns") -> list[str]:
-    """Return a note that lists names that are not labels, and asks about misspelt ones."""
+    """Return a note about the ``names`` in a file that are not labels; [] if all are.
+
+    The note asks about names that look like a misspelt label. ``noun`` says what they name.
+    """
     unknown = sorted(set(names) - {*PINCH_COLUMNS, "file", "source", "comment"})
     questions = [
         f"did you mean {match} where it says {quote(name)}?"
@@ -234,7 +249,10 @@ def _stated_source(table: Table) -> str:
 
 
 def _parsed(table: Table, name: str) -> list[Any] | None:
-    """Return the parsed values of a column of labels; None without this column."""
+    """Return the parsed values of a column of labels; None if the table lacks the column.
+
+    Numbers are converted from the unit in the column's header.
+    """
     unit, factors = table.units.get(name), _UNITS.get(name, {})
     # Lower case, but for a prefix: mPa is not MPa.
     usual_unit = (unit or "").replace("µ", "u").replace("μ", "u").lower() if unit != "mPa" else unit
@@ -256,7 +274,10 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
 
 
 def _either(table: Table, name: str, other: str) -> list[Any] | None:
-    """Return the parsed values of one of two columns, whichever exists; None without both."""
+    """Return the parsed values of the column ``name`` or ``other``; None if both are missing.
+
+    Raises FileError if both exist.
+    """
     if name in table and other in table:
         raise FileError(f"{table.path} has both '{name}' and '{other}': keep one of them")
     return _parsed(table, other if other in table else name)
@@ -304,9 +325,10 @@ def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
 def _contacts(
     table: Table, cuts: Sequence[NDArray[Any]], layout: Layout, exported: bool
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
-    """Return the contacts that a table states for each pinch, and notes for the user.
+    """Return the contacts of each pinch from a table, and notes for the user.
 
-    Contacts count from the first sample of their pinch.
+    Samples count from the first one of the pinch. A finger that the table does not name is the one
+    whose vibration rises more.
     """
     unknown = [-1] * len(cuts)
     firsts = _either(table, "first_contact", "pre_trigger_samples") or unknown
@@ -352,7 +374,7 @@ def _contacts(
 def _motor_starts(
     table: Table, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
-    """Return the sample at which the motor starts in each pinch, counted from its first one."""
+    """Return the sample of each pinch at which the motor starts, from 0; None if unknown."""
     starts = _parsed(table, "motor_start") or [-1] * len(lengths)
     for row, (start, length, truth) in enumerate(zip(starts, lengths, contacts, strict=True)):
         end = truth[0].sample if truth else length
@@ -378,7 +400,10 @@ def _closing_speeds(table: Table, pinches: int) -> list[ClosingSpeed | None]:
 
 
 def _louder_finger(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
-    """Return the finger whose vibration rises more above its noise after the first contact."""
+    """Return the finger whose vibration rises more above its noise after the first contact.
+
+    ``first`` and ``second`` are the contacts' rows in ``signals``; ``second`` is -1 if unknown.
+    """
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)

@@ -45,7 +45,11 @@ Arrays = dict[str, NDArray[Any]]
 def import_mat(
     path: Path, rate: float | None = None, channels: Path | None = None, labels: Path | None = None
 ) -> Dataset:
-    """Import pinches from a MATLAB file, or one pinch from each file of a folder."""
+    """Import pinches from a MATLAB file, or one pinch from each file of a folder.
+
+    ``channels`` is a table that names the signals. ``labels`` is a table with a row per file. Both
+    are CSV files.
+    """
     if channels is None:
         if labels is not None or path.is_dir():
             raise FileError(
@@ -91,7 +95,7 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
 
 
 def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
-    """Return those signals of one file that the table of channels names."""
+    """Read the signals that the table of channels names from one file. Append to ``notes``."""
     arrays, unread = read_mat(file, {s.variable for s in signals})
     parts = []
     for signal in signals:
@@ -119,7 +123,7 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
 
 
 def _from_named(path: Path) -> Dataset:
-    """Return the dataset of a MATLAB file whose variables have the names that are documented."""
+    """Import a MATLAB file whose variables have the names that the import page lists."""
     arrays, unread = read_mat(path, NAMES)
     if not any(name in arrays for name in VibrationSensor):
         raise FileError(
@@ -139,7 +143,10 @@ def _from_named(path: Path) -> Dataset:
 
 
 def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
-    """Read variables by name. Return them, and the names of the variables that were not read."""
+    """Read the variables ``names`` from a MATLAB file.
+
+    Return those that exist, as arrays by name, and the names of the others in the file.
+    """
     with library_errors(path, "a MATLAB file", "save it again"), open_regular(path) as stream:
         if stream.read(len(_HDF5)) == _HDF5:
             arrays, unread = read_hdf5(path, names)
@@ -156,7 +163,10 @@ def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
 
 
 def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
-    """Return the numbers or texts of a variable. Cell arrays become arrays of their values."""
+    """Return a variable's numbers or texts as an array. Raise FileError for another type.
+
+    A cell array of single values becomes an array of these values.
+    """
     array = np.asarray(values)
     if array.dtype == object:
         cells = [np.asarray(cell) for cell in array.reshape(-1)]

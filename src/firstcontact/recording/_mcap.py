@@ -1,6 +1,7 @@
 """Writer of MCAP files (https://mcap.dev) for recordings, and a reader of their records.
 
-The files equal those that the library ``mcap`` writes. It would bring 30 MB of compressors along.
+The files equal those that the library ``mcap`` writes. That library would install 30 MB of
+compressors.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ class Opcode(IntEnum):
 
 
 def read_records(data: bytes) -> Iterator[tuple[int, str | bytes]]:
-    """Yield (number, topic) for each channel, and (channel's number, data) for each message.
+    """Yield (channel's number, topic) for each channel, and (channel's number, data) per message.
 
-    A record that is cut raises a ValueError or struct.error.
+    Topics are str, data are bytes. Raises ValueError or struct.error for an incomplete record.
     """
     position = 0
     while position < len(data):
@@ -65,13 +66,16 @@ def _text(text: str) -> bytes:
 
 
 def _pairs(numbers: Mapping[int, int]) -> bytes:
-    """Return a mapping of two numbers as MCAP encodes it."""
+    """Encode a mapping from numbers (16 bits) to numbers (64 bits) as in MCAP."""
     pairs = b"".join(struct.pack("<HQ", *pair) for pair in numbers.items())
     return struct.pack("<I", len(pairs)) + pairs
 
 
 class McapWriter:
-    """Writer of messages in uncompressed chunks. It writes each chunk when it is full."""
+    """Writer of messages to an MCAP file, in uncompressed chunks.
+
+    A chunk goes to ``stream`` when it has more than ``chunk_size`` bytes, or by :meth:`flush`.
+    """
 
     def __init__(self, stream: IO[bytes], chunk_size: int) -> None:
         self._stream, self._chunk_size = stream, chunk_size

@@ -1,4 +1,4 @@
-"""Reader of recordings. It tolerates damage and reports losses."""
+"""Reader of recordings (MCAP files), which reads damaged ones, too, and reports what is lost."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Recording:
     groups
         Blocks of each group of channels with a lower rate, in the group's own sample numbers.
     skipped
-        Sentences about damaged, lost, repeated or disordered data.
+        Sentences about data that are damaged, lost, repeated or out of order.
     """
 
     path: Path
@@ -81,9 +81,10 @@ class Recording:
 
     @property
     def hand_positions(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Times, s, and positions of the fingertip, m, as the hand reported them; two arrays (n,).
+        """Positions of the fingertip that the hand reported: times in s, and positions in m.
 
-        They are empty for a hand without positions. The times start again with each epoch.
+        Both arrays have the shape (n,), and are empty for a hand without positions. The times are
+        on the device's clock, which starts again with each epoch.
         """
         group = next((g for g in self.header.layout.groups if g.name == HAND), None)
         blocks = () if group is None else self.groups[HAND]
@@ -127,7 +128,7 @@ def read_recording(path: AnyPath) -> Recording:
 
 
 class _Messages:
-    """Texts of a file by topic, and positions of its messages with samples."""
+    """Messages of a file: the contents of texts by topic, and the positions of samples."""
 
     def __init__(self, path: Path, data: FileBytes) -> None:
         self._path, self._data = path, data
@@ -159,7 +160,7 @@ class _Messages:
 
     @property
     def header(self) -> Header:
-        """First usable header of the file. Without one, raise the error of the first header."""
+        """First usable header in the file. If none is usable, raise the first one's error."""
         return _header(self._path, self._headers)
 
     @property
@@ -168,7 +169,7 @@ class _Messages:
 
 
 class _Index:
-    """Positions of the samples in a file, by topic."""
+    """Positions in a file of the messages with samples, by topic."""
 
     def __init__(self, path: Path, data: FileBytes, header: Header) -> None:
         self._path = path
@@ -205,7 +206,10 @@ class _Index:
                 spans.append((block.epoch, span))
 
     def stretches(self, topic: str) -> tuple[tuple[Block, ...], list[str]]:
-        """Return the samples of a topic as blocks without gaps, and sentences about losses."""
+        """Return the samples of a topic as blocks without gaps, and sentences about losses.
+
+        Raises FileError if the samples do not fit the header, or contradict each other.
+        """
         store = self._stores[topic]
         if topic in self._misfits:
             raise FileError(
@@ -222,7 +226,10 @@ class _Index:
 
 
 def _header(path: Path, headers: Iterable[bytes]) -> Header:
-    """Return the first usable header. Raise the error of the first header if none is usable."""
+    """Return the first usable header. If none is usable, raise the error of the first one.
+
+    ``headers`` are the JSON texts of a file's header messages.
+    """
     first: InputError | None = None
     usable: list[Header] = []
     for data in headers:
@@ -243,7 +250,7 @@ def _header(path: Path, headers: Iterable[bytes]) -> Header:
 
 
 def _merged(path: Path, fault: str) -> InputError:
-    """Return the error for a file into which a program has merged several recordings."""
+    """Return the error for a file that several recordings were merged into. ``fault`` shows it."""
     return FileError(
         f"{path} has {fault}: several recordings were merged into it, so use the recordings that "
         "it was made from, one by one"
@@ -251,7 +258,7 @@ def _merged(path: Path, fault: str) -> InputError:
 
 
 def _distinct_marks(path: Path, marks: Iterable[PinchMark]) -> tuple[PinchMark, ...]:
-    """Return the marks without copies. Raise FileError if one pinch has two different labels."""
+    """Return the marks of pinches, without copies. Raise FileError if one pinch has two labels."""
     distinct = tuple(dict.fromkeys(marks))
     doubled = [n for n, times in Counter(m.number for m in distinct).items() if times > 1]
     if doubled:
@@ -268,7 +275,10 @@ def _distinct_marks(path: Path, marks: Iterable[PinchMark]) -> tuple[PinchMark, 
 def _read(
     messages: list[bytes], read: Callable[[bytes, str], T], noun: str
 ) -> tuple[tuple[T, ...], list[str]]:
-    """Return the contents of the usable messages, and a sentence about the others."""
+    """Parse messages with ``read``. Return the usable ones, and a sentence about the others.
+
+    ``noun`` names the messages in the sentence. The list of sentences is empty without faults.
+    """
     good = []
     bad, reason = 0, ""
     for data in messages:

@@ -43,7 +43,11 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Samples ``first`` to ``end`` (exclusive), evenly spaced from ``begin`` s to ``last`` s."""
+    """Evenly spaced samples of a stream without a gap.
+
+    They have the numbers ``first`` to ``end`` (exclusive). ``begin`` and ``last`` are the times of
+    the first and the last one, s.
+    """
 
     first: int
     end: int
@@ -61,14 +65,14 @@ class Run:
         return (self.end - self.first) / self.seconds
 
     def times(self, pace: float) -> Values:
-        """Return evenly spaced times over this run, s, with ``pace`` of them per sample."""
+        """Return evenly spaced times over this run, s. ``pace`` is the number per sample."""
         samples = np.arange(math.ceil((self.end - self.first) * pace)) / pace
         # The small shift keeps rounding errors from deciding between two equally near samples.
         times: Values = self.begin + (samples + 1e-3) / self.rate
         return times
 
     def between(self, begin: float, end: float) -> Run:
-        """Return the samples from the time ``begin`` to the time ``end`` (exclusive), s."""
+        """Return the part of this run from the time ``begin`` to ``end`` (exclusive), s."""
         skipped = max(0, math.ceil((begin - self.begin) * self.rate))
         dropped = max(0, self.end - self.first - math.ceil((end - self.begin) * self.rate))
         return Run(
@@ -80,7 +84,11 @@ class Run:
 
 
 def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
-    """Split the time stamps of a stream, s, at gaps. Return evenly spaced times for each piece."""
+    """Split a stream at gaps. Return a run of evenly spaced samples for each piece.
+
+    ``stamps`` are the time stamps of the samples, s, and ``rate`` is the stated rate, Hz. Raises
+    FileError, with the name ``origin``, if the stamps go back or contradict the rate.
+    """
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < -BACK)
     if len(back):
@@ -104,7 +112,11 @@ def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
 
 
 def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
-    """Return evenly spaced times for a piece of time stamps, fitted since single stamps jitter."""
+    """Fit evenly spaced times to the time stamps of a piece, because single stamps jitter.
+
+    ``first`` is the number of the first sample. Raises FileError if a long piece shows that the
+    stated ``rate``, Hz, is wrong.
+    """
     n = len(stamps)
     count = np.arange(n) - (n - 1) / 2
     middle = float(stamps.mean())
@@ -124,7 +136,7 @@ def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
 
 
 def overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
-    """Return the parts of ``runs`` (even stretches of one stream) in which another has samples."""
+    """Return the parts of one stream's ``runs`` during which another stream has samples, too."""
     spans: list[tuple[float, float]] = []
     for run in others:
         margin = _FARTHEST / run.rate
@@ -142,7 +154,7 @@ def overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
 
 
 class Nearest:
-    """Numbers of the samples of a stream that are nearest to given times."""
+    """Lookup of the stream's sample that is nearest to a time."""
 
     def __init__(self, runs: Sequence[Run]) -> None:
         times = np.concatenate([np.linspace(r.begin, r.last, r.end - r.first) for r in runs])
@@ -156,7 +168,7 @@ class Nearest:
 
 
 def lost_samples(stamps: Values, rate: float) -> list[int]:
-    """Return the indices of samples before which others were lost."""
+    """Return the indices of the samples before which samples were lost, from time stamps in s."""
     errors = np.diff(stamps) * rate - 1.0  # of the steps, in samples
     if len(errors) and errors.min() > -_STEADY and np.mean(errors < _STEADY) > _MOST:
         after_loss: list[int] = (np.flatnonzero(errors > 1 - _STEADY) + 1).tolist()
@@ -190,13 +202,19 @@ def lost_samples(stamps: Values, rate: float) -> list[int]:
 
 
 def _pace(levels: Values) -> float:
-    """Return the typical rise of time stamps per block, which single jumps hardly change."""
+    """Return the typical rise of time stamps from block to block, s, hardly changed by jumps.
+
+    ``levels`` are the median time stamps of consecutive blocks.
+    """
     rises = [(levels[lag:] - levels[:-lag]) / lag for lag in _LAGS]
     return float(np.median(np.concatenate(rises)))
 
 
 def _rises(levels: Values) -> Values:
-    """Return by how much the stamps jump between neighbouring blocks, without outliers."""
+    """Return the jump of the time stamps before each block, s, without outliers.
+
+    It is the least stamp of the next blocks minus the largest of the blocks before.
+    """
     padding = np.full(_LARGEST, np.inf)
     padded = [np.concatenate([levels, padding]), np.concatenate([padding, -levels])]
     windows = np.lib.stride_tricks.sliding_window_view(padded, _LARGEST, axis=1)

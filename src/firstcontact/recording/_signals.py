@@ -59,7 +59,12 @@ _ENDS_APART = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """Row of a table of channels: name of a MATLAB variable or XDF stream, sensor, finger, unit."""
+    """Row of a table of channels, which describes one signal in a file.
+
+    ``variable`` is the name of the MATLAB variable or XDF stream. ``column`` is the column to use
+    in it, from 0; None means all, and ``ALL`` one after the other. ``sensor`` is None for signals
+    other than vibrations. ``(number - offset) * scale`` is the value in ``unit``.
+    """
 
     variable: str
     rate: float | None = None
@@ -72,7 +77,7 @@ class Signal:
 
 
 def read_signals(path: Path) -> list[Signal]:
-    """Return the rows of a table of channels."""
+    """Read a table of channels (a CSV file). Raise FileError unless it has one kind of sensor."""
     rows = read_rows(path, ["variable"])
     cells = {name: [row.get(name, "") for _, row in rows] for name in _PARSERS}
     table = Table(path, cells, [line for line, _ in rows])
@@ -124,7 +129,7 @@ _PARSERS: Mapping[str, Callable[[str], Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SignalSamples:
-    """Samples of one signal, shape (samples, columns), with sampling rate and column names."""
+    """Samples of one signal, shape (samples, columns), with sampling rate, Hz, and column names."""
 
     signal: Signal
     rate: float
@@ -139,7 +144,11 @@ def select_samples(
     values: NDArray[np.generic],
     labels: Sequence[str] = (),
 ) -> SignalSamples:
-    """Return the columns that a signal names, checked and in a type that recordings store."""
+    """Return the samples of a signal, checked and in a data type that recordings store.
+
+    ``values`` has the shape (samples, columns) and ``rate`` is in Hz. ``labels`` are the names of
+    the columns. Raises FileError, with the name ``origin``, for an unusable column.
+    """
     width = values.shape[1]
     columns: Sequence[int] = range(width)
     if signal.column is not None:
@@ -165,7 +174,7 @@ def select_samples(
 
 
 def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> Signal:
-    """Convert the unit of a signal to V, m/s2 or Pa, if it is one of these kinds."""
+    """Return the signal with its unit as V, m/s2 or Pa, if it can be converted to one of these."""
     unit = known_unit(signal.unit)
     if (signal.scale, signal.offset) != (1.0, 0.0):
         scale, offset = signal.scale * unit.scale, signal.offset + unit.offset / signal.scale
@@ -179,7 +188,10 @@ def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signals:
-    """Signals of one file: main columns, and slower groups that start at the same time."""
+    """Signals of one file: the columns of the main rate, and slower groups by name.
+
+    All arrays have the shape (samples, columns) and start at the same time.
+    """
 
     layout: Layout
     data: NDArray[np.generic]
@@ -188,7 +200,7 @@ class Signals:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Return the samples ``start`` to ``stop``, and the slower groups at the same time."""
+        """Return the main samples ``start`` to ``stop``, and the slower groups' blocks by name."""
         blocks = {}
         for group in self.layout.groups:
             pace = group.layout.rate / self.layout.rate
@@ -199,7 +211,11 @@ class Signals:
 
 
 def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
-    """Combine the signals of a file: main columns, and groups of slower ones, cut to equal end."""
+    """Combine the signals of a file, cut to the end of the shortest one.
+
+    Signals with the vibration's rate become the main columns; slower ones become groups. Raises
+    FileError if rates or lengths do not fit.
+    """
     rate = next(part.rate for part in parts if part.signal.sensor is not None)
     end = min(len(part.values) / part.rate for part in parts)
     slowest = min(part.rate for part in parts)
@@ -254,7 +270,10 @@ def cut_pinches(
     places: Sequence[tuple[int, int, int]],
     notes: Sequence[str],
 ) -> Dataset:
-    """Cut pinches from files at places (file number, first sample, end), all in one data type."""
+    """Cut pinches from files and make a dataset, with all samples in one data type.
+
+    ``table`` has the labels. ``places`` are the file's number, first sample and end of each pinch.
+    """
     dtype = common_type([v for file in files for v in (file.data, *file.groups.values())])
     cuts = [files[k].cut(start, stop, dtype) for k, start, stop in places]
     return make_dataset(

@@ -23,8 +23,8 @@ SPAN = 1 << 18
 class Span(NamedTuple):
     """Position in a file of the samples ``first`` to ``end`` (exclusive), which have no gap.
 
-    The messages begin with the sample ``begin`` and are in the chunks from byte ``start`` to
-    ``stop`` of the file.
+    Their messages have the number ``channel`` and begin with the sample ``begin``. They are in the
+    chunks from byte ``start`` to ``stop`` of the file.
     """
 
     channel: int
@@ -37,7 +37,10 @@ class Span(NamedTuple):
 
 @dataclass(slots=True)
 class Store:
-    """Open file with samples of one type and width, and a cache of the last messages."""
+    """Open file from which samples of one topic are read, with a cache of the last ones.
+
+    ``dtype`` and ``columns`` are the samples' data type and number of columns.
+    """
 
     path: Path
     data: FileBytes
@@ -66,7 +69,7 @@ class Store:
 
 
 def usable_block(content: bytes, dtype: str) -> Block | None:
-    """Return the samples in a message; None if it holds no usable ones."""
+    """Return the samples in a message as a block; None if the message is not usable."""
     try:
         block = read_block(content, dtype)
     except ValueError:
@@ -75,7 +78,7 @@ def usable_block(content: bytes, dtype: str) -> Block | None:
 
 
 def _is_finite(block: Block) -> bool:
-    """Return True if all values are finite and not too large. Integers always are."""
+    """Return True if all values are finite and not too large, as integers always are."""
     if block.data.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):
@@ -127,7 +130,7 @@ class Stretch(Block):
 
 
 def merge(blocks: Sequence[Block]) -> list[Block]:
-    """Merge blocks that follow each other without a gap, without reading their samples."""
+    """Merge blocks of one epoch that follow each other without a gap. Read no samples for it."""
     stretches = [block for block in blocks if isinstance(block, Stretch)]
     if len(stretches) < len(blocks):
         return merge_blocks(blocks)

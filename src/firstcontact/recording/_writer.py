@@ -132,13 +132,13 @@ class RecordingWriter:
         self._latest = max(self._latest, self._origin + round(block.end * pace))
 
     def mark(self, mark: PinchMark) -> None:
-        """Append position, label and contacts of a pinch. Raise InputError if they are invalid."""
+        """Append the mark of a pinch: its position, label and contacts."""
         data = self._packed(mark.to_json(), read_mark, f"the mark of pinch {mark.number}")
         self._add(self._pinches, data, mark.end)
         self._number = mark.number + 1
 
     def marker(self, marker: Marker) -> None:
-        """Append a text attached to a sample. Characters that UTF-8 lacks are replaced by "?"."""
+        """Append a marker, a text at a sample. Replace characters that UTF-8 lacks by "?"."""
         text = marker.text.encode("utf-8", "replace").decode()
         if len(text) > LONGEST_TEXT:
             text = text[: LONGEST_TEXT - 1] + "…"
@@ -220,7 +220,10 @@ class RecordingWriter:
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
     def _packed(self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str) -> bytes:
-        """Return JSON bytes for a message, after a check that ``read`` can read them."""
+        """Return ``tree`` as JSON bytes, after a check that the reader's ``read`` accepts them.
+
+        ``of`` names the message in errors.
+        """
         try:
             text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
             data = text.encode()
@@ -244,7 +247,7 @@ class RecordingWriter:
         self._sequence += 1
 
     def _failed(self, error: OSError) -> InputError:
-        """Close the file after an error. Return the error to raise."""
+        """Close the file after an error of the disk. Return the FileError to raise."""
         self._open = False
         with suppress(OSError):
             self._stream.close()

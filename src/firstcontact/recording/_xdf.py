@@ -53,7 +53,12 @@ LATEST = 1e10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stream:
-    """Contents of one XDF stream."""
+    """Contents of one XDF stream.
+
+    ``rate`` is the stated rate, Hz, 0 for irregular streams. ``stamps`` are the samples' times, s,
+    and ``values`` the numbers or texts, shape (samples, channels). ``labels`` and ``units`` are
+    texts about each channel. ``is_closed`` is False if the recording did not end properly.
+    """
 
     name: str
     rate: float
@@ -69,13 +74,16 @@ class Stream:
 
     @property
     def is_regular(self) -> bool:
-        """Return True if the stream has numbers at a regular rate."""
+        """True if the stream has numbers at a regular rate."""
         return not self.is_text and self.rate >= LOWEST_SIGNAL and len(self.stamps) > 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Samples of all signals without a gap. ``run`` has the times of the vibration's samples."""
+    """Samples of all signals in a time span without a gap.
+
+    ``run`` has the times of the vibration's samples.
+    """
 
     signals: Signals
     run: Run
@@ -88,7 +96,12 @@ def import_xdf(
     events: Path | None = None,
     channels: Path | None = None,
 ) -> Dataset:
-    """Import pinches around the markers of an XDF file."""
+    """Import pinches from an XDF file, one around each contact.
+
+    ``events`` is a table of contacts, by default the file's markers. ``channels`` is a table that
+    names the signals, by default all streams of numbers. ``sensor`` is the type of vibration
+    sensor if there is no such table. ``rate`` is not used, because the file states it.
+    """
     if channels is not None and sensor is not None:
         raise FileError(f"{channels} already states the sensor: leave --sensor out")
     streams = read_xdf(path)
@@ -129,7 +142,7 @@ def import_xdf(
 
 
 def read_xdf(path: Path) -> dict[str, Stream]:
-    """Read all streams of a file, with times on one clock."""
+    """Read all streams of an XDF file by name, with times on one clock."""
     complaints = BufferingHandler(1 << 20)  # of pyxdf, about damage
     complaints.setLevel(logging.ERROR)
     log = logging.getLogger("pyxdf")
@@ -158,9 +171,9 @@ def read_xdf(path: Path) -> dict[str, Stream]:
 
 
 def _with_names(streams: Sequence[Stream]) -> list[Stream]:
-    """Return the streams with different names, by adding numbers to equal ones.
+    """Make the names of streams distinct: append numbers to equal names.
 
-    A stream of a sender that had crashed has no samples, and leaves its name to the other.
+    A stream without samples, as a crashed sender leaves it, does not use up a name.
     """
     streams = sorted(streams, key=lambda s: not len(s.stamps))
     filled = Counter(s.name for s in streams if len(s.stamps))
@@ -191,7 +204,7 @@ def _stream(stream: Mapping[str, Any]) -> Stream:
 
 
 def _described(info: Mapping[str, Any], channel: int, field: str) -> str:
-    """Return a field of a channel's description, such as its unit; "" if it is missing."""
+    """Return a field of a channel's description in XDF, such as "unit"; "" if it is missing."""
     try:
         return str(info["desc"][0]["channels"][0]["channel"][channel][field][0] or "")
     except (KeyError, IndexError, TypeError):
@@ -201,7 +214,11 @@ def _described(info: Mapping[str, Any], channel: int, field: str) -> str:
 def _guess_signals(
     path: Path, streams: Mapping[str, Stream], sensor: VibrationSensor | None
 ) -> list[Signal]:
-    """Return the signals: the fast stream as the vibration, and all other streams of numbers."""
+    """Return the signals of a file without a table of channels.
+
+    The fast stream is the vibration. The other streams of numbers are further signals. Raises
+    FileError unless exactly one stream is fast and has one channel.
+    """
     numbers = [s for s in streams.values() if s.is_regular]
     fastest = max((s.rate for s in numbers), default=0.0)
     fast = [s for s in numbers if s.rate >= max(LOWEST_RATE, fastest / 2)]
@@ -220,7 +237,10 @@ def _guess_signals(
 def _unbroken_parts(
     path: Path, streams: Mapping[str, Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return the time spans in which no signal has a gap, with the vibration's sample times."""
+    """Return the time spans in which no signal has a gap, and the vibration's whole time span.
+
+    Append sentences about gaps to ``notes``.
+    """
     used = {signal.variable: _find_stream(path, streams, signal) for signal in signals}
     origins = {name: f"{path}: stream {quote(name)}" for name in used}
     main = next(used[signal.variable] for signal in signals if signal.sensor is not None)
@@ -258,14 +278,14 @@ def _unbroken_parts(
 
 
 def _with_unit(signal: Signal, stream: Stream) -> Signal:
-    """Return a signal with its stream's unit if the table of channels states none."""
+    """Return the signal, with the unit of its stream if the table of channels states none."""
     column = signal.column or 0
     is_known = signal.unit or column >= len(stream.units)
     return signal if is_known else replace(signal, unit=stream.units[column])
 
 
 def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> Stream:
-    """Return the stream of a signal. Raise an error unless it has numbers at a regular rate."""
+    """Return the stream of a signal. Raise FileError unless it has numbers at a regular rate."""
     stream = streams.get(signal.variable)
     if stream is None:
         raise FileError(
@@ -286,7 +306,10 @@ def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> S
 def _markers(
     path: Path, streams: Mapping[str, Stream], vibration: Run, notes: list[str]
 ) -> Table | None:
-    """Return the markers of the only stream of texts as a table of contacts; None without one."""
+    """Return the markers of the only stream of texts as a table of contacts; None without one.
+
+    Raises FileError if there are several such streams.
+    """
     texts = [s for s in streams.values() if s.is_text and len(s.stamps)]
     if len(texts) > 1:
         raise FileError(
@@ -306,7 +329,11 @@ def _markers(
 def _placed(
     table: Table, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Table]:
-    """Return the span in which each contact lies, and a table with times within the spans."""
+    """Find the time span (part) in which each contact of a table lies.
+
+    Return the number of the part for each row, None if the contact lies in a gap, and the table
+    with times counted from the beginning of the part.
+    """
     name = onset_column(table)
 
     def bounds(run: Run) -> tuple[float, float]:

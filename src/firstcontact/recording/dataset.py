@@ -1,4 +1,4 @@
-"""Conversion between recordings and datasets."""
+"""Functions that load a dataset from recordings, and write one as recordings."""
 
 from __future__ import annotations
 
@@ -110,7 +110,10 @@ load_dataset = load
 
 
 def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Convert counts and mV of older recordings to V, as boards and streams are read today."""
+    """Convert vibrations in ADC counts or mV to V, as older recordings of boards store them.
+
+    Calibrations are converted, too. Other pinches are returned unchanged.
+    """
     layout = pinches[0].layout
     channels, units = list(layout.channels), dict[Finger | None, Unit]()
     if len(layout.vibration) < layout.width or len({c.unit for c in channels}) > 1:
@@ -146,7 +149,7 @@ def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
-    """Return the samples of a marked pinch, or None if any of them is missing."""
+    """Cut the pinch at ``mark`` out of a recording; None if any of its samples is missing."""
     data = _within(recording.stretches, mark.epoch, mark.first_sample, mark.end)
     if data is None:
         return None
@@ -175,7 +178,7 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
 
 
 def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDArray[Any] | None:
-    """Return the samples ``first`` to ``end`` (exclusive) of an epoch; None if any is missing."""
+    """Return the samples ``first`` to ``end`` (exclusive) of an epoch; None if one is missing."""
     place = bisect_right(stretches, (epoch, first), key=lambda s: (s.epoch, s.first_sample))
     stretch = stretches[place - 1] if place else None
     if stretch is None or stretch.epoch != epoch or end > stretch.end:
@@ -186,9 +189,9 @@ def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDA
 def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:
     """Write a dataset to an existing folder, one recording for each session. Return the paths.
 
-    Each file has this header, with the session's name. File names begin with a number, so they sort
-    in the order of the sessions' first pinches. Pinches of a session keep their order. If samples
-    are missing between two pinches, the second pinch begins a new epoch.
+    Each file gets ``header``, with the name of the session. File names begin with a number, so that
+    they sort in the order of the sessions' first pinches. Pinches of a session keep their order. If
+    samples are missing between two pinches, the second pinch begins a new epoch.
     """
     by_session = pinches_by_session(dataset)
     digits = max(3, len(str(len(by_session) - 1)))
@@ -204,7 +207,7 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
 
 
 def pinches_by_session(dataset: Dataset) -> dict[str, list[Pinch]]:
-    """Return the pinches of each session, in the order of the sessions' first pinches."""
+    """Return lists of pinches by session, in the order of the sessions' first pinches."""
     by_session: dict[str, list[Pinch]] = {}
     for pinch in dataset.pinches:
         by_session.setdefault(pinch.label.session, []).append(pinch)
@@ -212,7 +215,7 @@ def pinches_by_session(dataset: Dataset) -> dict[str, list[Pinch]]:
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Renumber pinches so that they follow each other with a gap of one sample."""
+    """Renumber the samples of pinches, so that one is missing between a pinch and the next."""
     numbered = []
     start = 0
     for pinch in pinches:
@@ -222,14 +225,17 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def shifted(pinch: Pinch, by: int) -> Pinch:
-    """Return a pinch with ``by`` added to its sample numbers, but not in its groups."""
+    """Return a pinch with ``by`` added to all sample numbers, except those of its groups."""
     truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
     motor = None if pinch.motor_start is None else pinch.motor_start + by
     return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)
 
 
 def find_recordings(path: Path) -> list[Path]:
-    """Return the file itself, or all recordings in a folder and below, sorted by name."""
+    """Return [path] for a file, and for a folder all recordings in it and below, by name.
+
+    Raises FileError if the folder holds no recording.
+    """
     if not path.is_dir():
         return [path]
     files = files_below(path, ".mcap")

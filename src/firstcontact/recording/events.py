@@ -45,7 +45,11 @@ _FREQUENCIES = "\\"
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Contact in a long file: row of its table, number of the file, channel if named, sample."""
+    """Contact in a long file.
+
+    ``row`` is the row of the table that states it, ``file`` the number of the file, and ``sample``
+    the sample in the file, from 0. ``channel`` is the channel to use, None for all.
+    """
 
     row: int
     file: int
@@ -54,7 +58,7 @@ class Event:
 
 
 def read_events(path: Path) -> Table:
-    """Read a table of contacts or a label track."""
+    """Read a CSV table of contacts or an Audacity label track. Raise FileError if unusable."""
     table = (
         _read_track(path)
         if path.suffix.lower() == ".txt"
@@ -88,9 +92,11 @@ def find_events(
     shapes: Sequence[tuple[int, ...]],
     rates: Sequence[float],
 ) -> list[Event]:
-    """Return the contacts of a table in the order of its rows.
+    """Return the contacts of a table, in the order of the rows.
 
-    ``of_rows`` has the file number of each row, or None for rows to leave out.
+    ``of_rows`` has the number of each row's file, None for rows to leave out. ``shapes`` (samples,
+    channels) and ``rates``, Hz, are those of the ``files``. Raises FileError for a contact outside
+    its file, and for one that occurs twice.
     """
     name = onset_column(table)
     used = {row: file for row, file in enumerate(of_rows) if file is not None}
@@ -121,9 +127,10 @@ def find_events(
 def event_labels(
     table: Table, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Table, list[str]]:
-    """Return a table with the labels of each event, and notes for the user.
+    """Return a table of labels with one row per contact, and notes for the user.
 
-    ``starts`` has the first sample of each pinch.
+    ``starts`` has the first sample of the pinch around each contact. The table states the contact
+    in samples from there.
     """
     labels = table.of_rows([event.row for event in events])
     labels["first_contact"] = [e.sample - start for e, start in zip(events, starts, strict=True)]
@@ -133,7 +140,10 @@ def event_labels(
 def spans(
     events: Sequence[Event], lengths: Sequence[int], rate: float
 ) -> tuple[list[int], list[int]]:
-    """Return the first sample and the end of the pinch to cut out around each contact."""
+    """Return the first samples, and the ends, of the pinches to cut out around contacts.
+
+    ``lengths`` are the numbers of samples of the files. Pinches of one file do not overlap.
+    """
     lead, tail = round(BEFORE * rate), round(AFTER * rate)
     starts = [max(0, event.sample - lead) for event in events]
     stops = [min(lengths[event.file], event.sample + tail) for event in events]
@@ -151,7 +161,7 @@ def _place(event: Event) -> tuple[int, int]:
 
 
 def _read_track(path: Path) -> Table:
-    """Read an Audacity label track as a table of contacts."""
+    """Read an Audacity label track as a table of contacts. Raise FileError for a wrong line."""
     with library_errors(path, "an Audacity label track in UTF-8", "export it from Audacity again"):
         text = read_regular(path, _LONGEST_TRACK).decode("utf-8-sig")
     starts: list[float] = []
@@ -180,7 +190,10 @@ def _read_track(path: Path) -> Table:
 
 
 def add_labels(table: Table, texts: Sequence[str]) -> Table:
-    """Return the table with a new column for each label that occurs in ``texts``, one per row."""
+    """Parse the ``texts`` of labels, one per row of the table, such as "eraser; shore_a=40".
+
+    Return the table with a column for each label in them. Raises FileError for unknown labels.
+    """
     rows: list[dict[str, str]] = []
     for number, text in enumerate(texts):
         row: dict[str, str] = {}

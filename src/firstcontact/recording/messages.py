@@ -108,21 +108,27 @@ class Header:
 
 
 def hand_group(rate: float, resolution: float) -> Group:
-    """Return columns for the positions of a hand, with their rate, Hz, and resolution, m."""
+    """Return the group of channels that stores the positions of a hand.
+
+    ``rate`` is the rate of the positions, Hz, and ``resolution`` the step that is stored, m.
+    """
     travel = Channel("hand_travel", ChannelKind.POSITION, None, "m", resolution)
     return Group(HAND, Layout((travel,), rate))
 
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields that identify a message as the header of a recording, with its version."""
+    """Fields that identify a message as the header of a recording, and the format's version."""
 
     format: str = ""
     version: int | None = None
 
 
 def read_header(data: bytes, origin: str) -> Header:
-    """Read the header of a recording from its message."""
+    """Parse the header of a recording from its message.
+
+    Raises FileError, with the name ``origin``, for another format or version.
+    """
     remedy = "write the file again from its source"
     data = data.rstrip(b" ")
     head = read_record(data, _Head, origin, remedy)
@@ -198,7 +204,7 @@ def read_mark(data: bytes, origin: str) -> PinchMark:
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """Text that a person or device attached to the sample with this number and epoch."""
+    """Text that a person or device attached to a sample, given by its number and epoch."""
 
     sample: Sample
     text: Annotated[str, Meta(max_length=LONGEST_TEXT)]
@@ -210,19 +216,19 @@ def read_marker(data: bytes, origin: str) -> Marker:
 
 
 def block_schema(dtype: str) -> bytes:
-    """Return the ros2msg schema of messages with samples."""
+    """Return the ROS 2 schema of messages whose samples have the NumPy type ``dtype``."""
     return f"uint64 first_sample\nuint32 epoch\nuint16 channels\n{dtype}[] data\n".encode()
 
 
 def block_message(block: Block, dtype: str) -> bytes:
-    """Return a message with samples. The block's data must already have the type ``dtype``."""
+    """Encode a block as a message. The data of the block must already have the type ``dtype``."""
     values = np.ascontiguousarray(block.data, dtype=DTYPES[dtype])
     head = (block.first_sample, block.epoch, values.shape[1], values.size)
     return _PREFIX.pack(_CDR_LITTLE_ENDIAN, *head) + values.tobytes()
 
 
 def read_block(data: bytes, dtype: str) -> Block:
-    """Return the block in a message. Its data are a view of ``data``."""
+    """Decode the block in a message. The block's samples are a view of the bytes ``data``."""
     if len(data) < _PREFIX.size:
         raise ValueError("a message with samples is too short")
     kind, first_sample, epoch, channels, count = _PREFIX.unpack_from(data)

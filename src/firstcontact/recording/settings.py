@@ -48,7 +48,7 @@ ROUNDING = 1e-3
 
 
 def _number(value: Any) -> float:
-    """Return a number from a file as float; NaN for any other value."""
+    """Convert a value from a file to float; NaN if it is not a number."""
     try:
         return parse_float(as_text(value))
     except ValueError:
@@ -56,13 +56,16 @@ def _number(value: Any) -> float:
 
 
 def given_rate(rate: float, parameter: str = "rate") -> float:
-    """Return a sampling rate that a caller gave, Hz. The error names its parameter."""
+    """Return a caller's sampling rate, Hz. Raise ArgumentError outside 500 Hz to 1 MHz."""
     remedy = f"a sampling rate from {LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz"
     return given_number(rate, parameter, LOWEST_RATE, HIGHEST_RATE, remedy)
 
 
 def check_rate(origin: str, rate: Any) -> float:
-    """Return a file's sampling rate, Hz. Raise InputError outside 500 Hz to 1 MHz."""
+    """Return a file's sampling rate, Hz. Raise FileError outside 500 Hz to 1 MHz.
+
+    ``origin`` names the file and the field.
+    """
     value = _number(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise FileError(
@@ -85,7 +88,11 @@ class FileSettings:
 
 
 def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
-    """Return the type of vibration sensor from the names of a file's signals."""
+    """Return the one type of vibration sensor that the names of a file's signals state.
+
+    ``end`` is a suffix that names may have. Raises FileError, with ``remedy``, unless there is
+    exactly one type.
+    """
     sensors = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(names)]
     if not sensors:
         raise FileError(f"{origin} has no {remedy}")
@@ -104,10 +111,10 @@ def read_settings(
     vibration: NDArray[Any],
     force: NDArray[Any],
 ) -> FileSettings:
-    """Return the settings of an imported file, such as its rate, units and smoothing.
+    """Parse the settings of an imported file, such as its rate, units and smoothing.
 
-    ``given`` has them under the names in ``SETTINGS``. Raise InputError if vibration or force
-    cannot have the stated units.
+    ``given`` has the settings by the names in ``SETTINGS``. ``vibration`` and ``force`` are all
+    samples, to check the units. Raises FileError for a missing or impossible setting.
     """
     unit_name = f"{sensor}_unit"
     for name in ("sample_rate_hz", unit_name):
@@ -145,7 +152,7 @@ def _stated_unit(origin: str, name: str, value: Any) -> Unit:
 
 
 def read_layout(origin: str, text: Any) -> Layout:
-    """Return the layout that an exported file states, from its JSON."""
+    """Parse the JSON layout that an exported file states. Raise FileError if it is unusable."""
     place, remedy = f"{origin}: '{LAYOUT}'", "export the recordings again"
     layout = read_record(as_text(text).encode(), Layout, place, remedy)
     if layout.fault:
@@ -155,7 +162,10 @@ def read_layout(origin: str, text: Any) -> Layout:
 
 
 def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Convert integers to int16 or int32, and other numbers to float32."""
+    """Convert integers to int16 or int32, and other numbers to float32.
+
+    Raises FileError, with the name ``origin``, if values are missing, not finite or too large.
+    """
     if values.dtype.kind not in "iuf":
         raise FileError(f"{origin} holds {values.dtype}: save integers or floats")
     if not values.size:
@@ -179,7 +189,10 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def is_rounded_away(pinches: Sequence[NDArray[Any]]) -> bool:
-    """Return True if float32 loses the vibration, such as a small one on a large offset."""
+    """Return True if float32 is too coarse for the signals, as for a small one on a large offset.
+
+    ``pinches`` are arrays of shape (samples, columns).
+    """
     if pinches[0].dtype.kind != "f" or pinches[0].dtype.itemsize <= 4:
         return False
     errors = [(values - values.astype(np.float32)).var(axis=0) for values in pinches]
@@ -190,7 +203,10 @@ def is_rounded_away(pinches: Sequence[NDArray[Any]]) -> bool:
 def check_vibration(
     origin: str, values: NDArray[Any], pinches: Sequence[NDArray[Any]] = ()
 ) -> NDArray[Any]:
-    """Convert a vibration as :func:`check_samples` does. ``pinches`` are its parts, if several."""
+    """Convert a vibration like :func:`check_samples`. Raise FileError if float32 is too coarse.
+
+    ``pinches`` are the parts of ``values`` to check, by default one.
+    """
     samples = check_samples(origin, values)
     if is_rounded_away(pinches or [values]):
         raise FileError(
@@ -201,13 +217,13 @@ def check_vibration(
 
 
 def common_type(parts: Sequence[NDArray[Any]]) -> np.dtype[Any]:
-    """Return the data type that holds all of these samples."""
+    """Return the data type (int16, int32 or float32) that can hold all of ``parts``."""
     kinds = {part.dtype.type for part in parts}
     return np.dtype(next((t for t in (np.float32, np.int32) if t in kinds), np.int16))
 
 
 def joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Return columns side by side, in a data type that holds all of them."""
+    """Join arrays of columns side by side, in a data type that can hold all of them."""
     dtype = common_type(parts)
     return np.concatenate([p.astype(dtype, copy=False) for p in parts], axis=-1)
 
@@ -221,7 +237,11 @@ def make_layout(
     force: bool = False,
     strip: bool = False,
 ) -> Layout:
-    """Return a layout of imported columns: vibration, then force (index, thumb), then strips."""
+    """Return the layout of imported columns: vibration, then force, then contact strips.
+
+    ``sensors`` is the number of vibration sensors, each with ``axes`` axes. ``scale`` replaces the
+    scale of their unit. ``force`` and ``strip`` are True if these columns exist.
+    """
     sensor, axis = settings.sensor, settings.axis
     if axes > 1 and (axis is None or axis >= axes):
         raise FileError(

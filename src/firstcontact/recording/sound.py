@@ -59,7 +59,11 @@ def import_wav(
     labels: Path | None = None,
     find: Find | None = None,
 ) -> Dataset:
-    """Import every WAV file below a folder as one pinch, or as one for each contact found."""
+    """Import the WAV files in a folder, each as one pinch or, with ``find``, one per contact.
+
+    ``labels`` is a CSV table with a row per file. ``find`` detects contacts in a signal. ``sensor``
+    is the type of sensor, by default a microphone. ``rate`` is not used.
+    """
     path = labels or file_in(folder, LABELS)
     notes: list[str] = []
     if labels is None and not path.exists():
@@ -87,7 +91,11 @@ def import_events(
     events: Path | None = None,
     find: Find | None = None,
 ) -> Dataset:
-    """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files."""
+    """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files.
+
+    The table ``events`` lists the contacts. Without it, ``find`` detects them, or else the file is
+    one pinch. ``sensor`` is by default a microphone. ``rate`` is not used.
+    """
     if events is None:
         notes: list[str] = []
         layout, signals = _alike([path], [read_sound(path, notes)], sensor)
@@ -124,7 +132,10 @@ def _found(
     find: Find | None,
     notes: list[str],
 ) -> Dataset:
-    """Return one pinch for each file or, with ``find``, for each contact that it detects."""
+    """Return a dataset with one pinch for each file or, with ``find``, for each detected contact.
+
+    Append to ``notes``. Raise FileError if ``find`` detects no contact in a file.
+    """
     if find is None:
         has_contacts = "first_contact" in table or "pre_trigger_samples" in table
         notes += [] if has_contacts else [NO_CONTACTS]
@@ -153,9 +164,10 @@ def _found(
 
 
 def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], list[str]]:
-    """Return sound files, the file number of each row of the table, and notes for the user.
+    """Match the rows of a table of contacts with sound files.
 
-    The number is None for rows without a file.
+    Return the files, the number (index) of each row's file, and notes for the user. The number is
+    None for rows about other files.
     """
     if path.is_dir():
         files, numbers, left = match_files(path, table, *SUFFIXES)
@@ -176,7 +188,11 @@ def _alike(
     *,
     is_chosen: bool = False,
 ) -> tuple[Layout, list[NDArray[Any]]]:
-    """Return the layout that all files share, and the samples in a type that recordings store."""
+    """Return the layout that all files share, and each file's samples in a type to store.
+
+    ``is_chosen`` is True if a table chooses one channel for each contact. Raises FileError if files
+    differ in rate, data type or channels.
+    """
     rate, first = sounds[0]
     width = 1 if is_chosen else first.shape[1]
     for file, (other, data) in zip(files, sounds, strict=True):
@@ -207,10 +223,10 @@ def _stored(file: Path, data: NDArray[Any]) -> NDArray[Any]:
 
 
 def read_sound(file: Path, notes: list[str] | None = None) -> Sound:
-    """Return a file's sampling rate, Hz, and its samples as signed integers or floats.
+    """Read a WAV or FLAC file. Return its sampling rate, Hz, and its samples.
 
-    The samples have the shape (samples, channels). A note is added if the lengths in the file's
-    header are wrong.
+    The samples are signed integers or floats, shape (samples, channels). Append a note if the
+    file's header states wrong lengths. Raises FileError if the file cannot be read.
     """
     if file.suffix.lower() == ".flac":
         require_modules("files", "soundfile")
@@ -251,7 +267,7 @@ def _read_wav(file: Path, notes: list[str]) -> Sound:
 
 
 def _mended(data: bytes) -> tuple[bytes, str]:
-    """Return a WAV file with correct lengths in its header, and a note if they were wrong.
+    """Correct the lengths in the header of a WAV file. Return the file, and a note or "".
 
     Programs write the lengths when they end a file, so a killed program leaves wrong ones.
     """
@@ -289,7 +305,7 @@ def _mended(data: bytes) -> tuple[bytes, str]:
 
 
 def _are_chunks(data: bytes, head: struct.Struct) -> bool:
-    """Return True if these bytes are whole chunks of a WAV file."""
+    """Return True if the bytes are complete chunks of a WAV file. ``head`` is a chunk's head."""
     place = 0
     while place + head.size <= len(data):
         name, size = head.unpack_from(data, place)
@@ -300,7 +316,7 @@ def _are_chunks(data: bytes, head: struct.Struct) -> bool:
 
 
 def _decoded(file: Path | BytesIO) -> Sound:
-    """Read a sound file by the library libsndfile. Return its rate, Hz, and samples."""
+    """Read a sound file with the library libsndfile. Return its rate, Hz, and samples."""
     import soundfile
 
     with soundfile.SoundFile(file) as sound:

@@ -49,9 +49,10 @@ _WITH_UNITS = {
 
 
 class Table(dict[str, Sequence[Any]]):
-    """Columns of a CSV file by name, with the file's line for each row, for messages.
+    """Columns of a CSV file by name: lists of cells.
 
-    ``units`` has the units that the header gives to columns.
+    ``numbers`` has the line in the file of each row, and ``word`` the noun for it, for messages.
+    ``units`` has the units in the header, by column.
     """
 
     def __init__(
@@ -79,7 +80,10 @@ class Table(dict[str, Sequence[Any]]):
     def refusal(
         self, name: str, row: int, reason: object, remedy: str = "correct it"
     ) -> InputError:
-        """Return the error for an unusable cell: its position, the reason and the remedy."""
+        """Return the FileError for an unusable cell, with its position, ``reason`` and ``remedy``.
+
+        ``reason`` continues a sentence: "which is not a number".
+        """
         cell = quote(self[name][row])
         return FileError(
             f"{self.path}: '{name}' of {self.place(row)} is {cell}, {reason}: {remedy}"
@@ -88,7 +92,10 @@ class Table(dict[str, Sequence[Any]]):
     def parsed(
         self, name: str, parse: Callable[[Any], T], rows: Iterable[int] | None = None
     ) -> list[T]:
-        """Return the parsed cells of a column. Errors name the cell."""
+        """Return the cells of a column, parsed by ``parse``, of all or some ``rows``.
+
+        If ``parse`` raises ValueError, raise a FileError that names the cell.
+        """
         values = []
         cells = self[name]
         for row in range(len(cells)) if rows is None else rows:
@@ -100,7 +107,11 @@ class Table(dict[str, Sequence[Any]]):
 
 
 def read_columns(path: Path, *marks: str) -> Table:
-    """Read a CSV. The header is the first line that has one of the column names ``marks``."""
+    """Read a CSV file that a program wrote, with one header line and equally long rows.
+
+    The header is the first line with one of the column names ``marks``, or else the first line.
+    Raises FileError if the file is not such a table.
+    """
     lines = _lines(path, marks)
     _, header = next(lines)
     columns: list[list[str]] = [[] for _ in header]
@@ -137,7 +148,11 @@ def read_columns(path: Path, *marks: str) -> Table:
 
 
 def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
-    """Read a list that people write. Return the line number and the cells by name of each row."""
+    """Read a CSV file that a person wrote, in which rows may be short.
+
+    Return each row's line number, and its cells by column name. Raises FileError if a column of
+    ``needed`` is missing.
+    """
     lines = _lines(path, needed, by_hand=True)
     _, names = next(lines)
     header = [*map(_plain, names)]
@@ -160,7 +175,7 @@ def _text(cell: str) -> str:
 
 
 def _plain(name: str) -> str:
-    """Return a column's name as this package writes it: "Shore A" becomes shore_a."""
+    """Return a column's name in this package's spelling: "Shore A" becomes "shore_a"."""
     return re.sub(r"[\s-]+", "_", _text(name).lower())
 
 
@@ -170,7 +185,7 @@ def _name_and_unit(name: str) -> tuple[str, str]:
 
 
 def _scaled(cell: str, factor: float) -> str:
-    """Return a cell's number times ``factor`` as text. Other cells stay as they are."""
+    """Return the number in a cell times ``factor``, as text. Return other cells unchanged."""
     try:
         return repr(parse_float(cell) * factor)
     except ValueError:
@@ -180,7 +195,11 @@ def _scaled(cell: str, factor: float) -> str:
 def _lines(
     path: Path, marks: Sequence[str], *, by_hand: bool = False
 ) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and cells of each line that is not empty, the header first."""
+    """Yield the line number and the cells of each line, the header first.
+
+    Empty lines and comments are skipped. ``by_hand`` is True for files that a person wrote. Raises
+    FileError if the file is not CSV in UTF-8.
+    """
     try:
         raw = BytesIO(read_regular(path, LONGEST_LIST)) if by_hand else open_regular(path)
         with TextIOWrapper(raw, encoding="utf-8-sig", newline="") as stream:
@@ -206,7 +225,10 @@ def _lines(
 def _find_header(
     path: Path, ahead: Sequence[tuple[int, list[str]]], marks: Sequence[str]
 ) -> tuple[int, list[str]]:
-    """Return the index of the header among the first lines, and its cells without spaces."""
+    """Return the header's index among the lines ``ahead``, and its cells without spaces.
+
+    Raises FileError if the file has another separator than the comma.
+    """
     first = None
     for place, (line, row) in enumerate(ahead):
         is_comment = row[0].startswith(_COMMENTS)
@@ -230,7 +252,11 @@ def _find_header(
 def match_files(
     folder: Path, table: Table, *suffixes: str
 ) -> tuple[list[Path], list[int], list[Path]]:
-    """Return the files that rows name, the file number of each row, and all other files."""
+    """Match the rows of a table with the files in a folder, by the column "file".
+
+    Return the files that rows name, the number (index) of each row's file, and the files that no
+    row names. Raises FileError for a row without exactly one file.
+    """
     if "file" not in table:
         raise FileError(
             f"{table.path} has no column 'file': add it, with the name of a file in each row"
@@ -256,13 +282,13 @@ def match_files(
 
 
 def file_key(name: str) -> str:
-    """Return a file name or path without differences in case and separators."""
+    """Return a file name or path in one spelling, without differences in case and separators."""
     path = unicodedata.normalize("NFC", name).strip().replace("\\", "/")
     return Path(path).as_posix().casefold()
 
 
 def is_file(name: str, path: Path) -> bool:
-    """Return True if a name, perhaps with some of its folders, means the file ``path``."""
+    """Return True if ``name`` is the end of ``path``: the file name, perhaps with folders."""
     return f"/{file_key(str(path))}".endswith(f"/{file_key(name)}")
 
 

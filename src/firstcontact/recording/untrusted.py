@@ -1,4 +1,4 @@
-"""Protection against files of others: errors of reading libraries, and quoting of text."""
+"""Protection against untrusted files: one error for all errors of libraries, and quoted text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ _LISTED = 10
 
 @contextmanager
 def library_errors(origin: object, kind: str, remedy: str) -> Iterator[None]:
-    """Turn any error of a library that reads a file into one FileError, and hide warnings."""
+    """Convert any error of a library that reads a file to FileError. Hide the library's warnings.
+
+    The message says that ``origin`` cannot be read as ``kind``, and ends with ``remedy``.
+    """
     try:
         with warnings.catch_warnings(action="ignore"):
             yield
@@ -31,13 +34,13 @@ def library_errors(origin: object, kind: str, remedy: str) -> Iterator[None]:
 
 
 def as_text(value: Any) -> str:
-    """Return a value as text that UTF-8 can encode. Invalid bytes are replaced."""
+    """Convert a value to text that UTF-8 can encode. Invalid bytes are replaced."""
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
     return text.encode("utf-8", "replace").decode()
 
 
 def quote(value: Any) -> str:
-    """Return a value for a message: on one line, not too long, and text in quotes."""
+    """Return a value for a message: on one line, cut if long, and in quotes if it is a text."""
     text = as_text(value)
     if isinstance(value, str | bytes):
         text = repr(text) if text.isprintable() else ascii(text)
@@ -45,13 +48,16 @@ def quote(value: Any) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return the first names as text, with the number of the others."""
+    """Return the first 10 names as a text, with the number of the others: "a, b and 3 more"."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
 
 
 def one_of(origin: object, name: str, value: Any, choices: Collection[str]) -> str:
-    """Return a value as text. Raise FileError unless it is one of the choices."""
+    """Return a value as text. Raise FileError unless it is one of ``choices``.
+
+    The message names the file ``origin`` and the field ``name``.
+    """
     text = as_text(value)
     if text not in choices:
         raise FileError(

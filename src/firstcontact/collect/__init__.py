@@ -1,4 +1,4 @@
-"""Guided recording, calibration of fingertips, and the page on which contacts are labelled."""
+"""Guided recording, import, calibration and self-test of fingertips, and labelling of contacts."""
 
 import lazy_loader
 

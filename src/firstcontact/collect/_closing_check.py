@@ -25,7 +25,12 @@ FULL = 0.99
 
 @dataclass(slots=True)
 class ClosingCheck:
-    """Check of one closing, updated with each block of samples, which it does not store."""
+    """Check of one closing during a recording. Pass each block of samples to :meth:`follow`.
+
+    ``began`` is the number of the closing's first sample, in the epoch ``epoch``. ``strips`` are
+    the samples at which the contact strips closed, and ``contacts`` those detected by the piezos,
+    by finger. ``lost`` is True if samples were lost, and ``seen`` is the next sample's number.
+    """
 
     layout: Layout
     began: int
@@ -66,7 +71,7 @@ class ClosingCheck:
         return tuple(sorted(contacts, key=lambda c: c.sample))
 
     def follow(self, block: Block) -> None:
-        """Process the next samples. Those outside the pinch are ignored."""
+        """Process the next block of samples. Samples outside the pinch are ignored."""
         start = max(0, self.seen - block.first_sample)
         data = block.data[start:]
         if not len(data):
@@ -101,14 +106,20 @@ class ClosingCheck:
         ]
 
     def disagreement(self) -> float | None:
-        """Return the time from the first strip's contact to the same finger's piezo contact, s."""
+        """Return how much later the piezo of the first finger showed the contact than the strip, s.
+
+        Return None if the strip or the piezo of that finger showed no contact.
+        """
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None
         first = self.truth[0]
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
     def _piezo_agrees(self, finger: Finger) -> bool:
-        """Return True if the finger's piezo shows the same contact as its strip."""
+        """Return True if the piezo and the strip of a finger show the same contact.
+
+        Also True for a finger without a piezo.
+        """
         if finger not in self.layout.vibration_fingers:
             return True
         margin = AGREE * self.layout.rate

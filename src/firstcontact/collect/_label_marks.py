@@ -1,4 +1,4 @@
-"""Contacts that a person confirms or moves on the labelling page, and a journal of that."""
+"""Contacts that a person labels on the labelling page, and the journal of the person's actions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LONGEST = 1 << 27
 
 
 class Status(StrEnum):
-    """Decision of the person about a contact; ``FOUND`` before a decision."""
+    """Decision of a person about a detected contact; ``FOUND`` before the decision."""
 
     FOUND = "found"
     ACCEPTED = "accepted"
@@ -36,7 +36,12 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Contact (onset) in a recording, with the decision about it and its label."""
+    """Contact (onset) in a recording, with a person's decision about it and a label.
+
+    ``recording``, ``stretch`` and ``column`` are the indices of the recording, of the block in it,
+    and of the vibration channel. ``sample`` counts from the start of the block. ``found`` is the
+    sample at which the contact was detected, None if the person added it.
+    """
 
     number: int
     recording: int
@@ -52,7 +57,7 @@ class Mark:
 
 
 def measured(label: Label | Mark | Action) -> dict[str, Any]:
-    """Return the quantities that a label states, by the names of its fields."""
+    """Return a label's Shore A, modulus and stiffness by field name; None if unknown."""
     return {quantity.name: getattr(label, quantity.name) for quantity in PHYSICAL}
 
 
@@ -61,7 +66,7 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Action of the person on the labelling page, such as a decision about a contact."""
+    """Action of a person on the labelling page, such as a decision about contact ``number``."""
 
     do: Literal["accept", "reject", "move", "add", "label", "undo"]
     number: Whole = 0
@@ -73,7 +78,11 @@ class Action:
 
 
 class Marks:
-    """Contacts in the order of recordings and time, after all actions."""
+    """Contacts of some recordings, as they are after a person's actions so far.
+
+    ``onsets`` are the detected contacts. ``lengths`` are the numbers of samples of each block of
+    each recording.
+    """
 
     def __init__(self, onsets: Sequence[Mark], lengths: Sequence[Sequence[int]]) -> None:
         self._onsets = tuple(onsets)
@@ -86,7 +95,10 @@ class Marks:
         return len(self._marks)
 
     def ordered(self) -> list[Mark]:
-        """Return all contacts in order. One without a label gets that of the contact before it."""
+        """Return all contacts by recording and time.
+
+        A contact that the person did not label gets the label of the contact before it.
+        """
         ordered = []
         run: Action | None = None
         recording = 0
@@ -101,7 +113,10 @@ class Marks:
         return ordered
 
     def act(self, action: Action) -> int:
-        """Apply an action. Return the number of the contact that it changed."""
+        """Apply an action, or undo the last one. Return the number of the changed contact.
+
+        Raises ArgumentError if the action is not possible.
+        """
         if action.do == "undo":
             if not self.done:
                 raise ArgumentError("there is no label left to undo")
@@ -113,7 +128,7 @@ class Marks:
         return number
 
     def replay(self, actions: Iterable[Action]) -> None:
-        """Restart from the automatically found contacts, and apply ``actions``."""
+        """Start again from the detected contacts, and apply ``actions``."""
         self._marks = {mark.number: mark for mark in self._onsets}
         self._runs, self.done = {}, []
         for action in actions:
@@ -166,7 +181,12 @@ class Opened:
 
 
 class Journal:
-    """File to which each action is appended before the page gets its reply."""
+    """File that stores each labelling action before the page gets a reply.
+
+    An existing file is read and continued: ``actions`` are those in it. Raises FileError if the
+    file belongs to other recordings than ``opened`` or is in use, or if it would be new and
+    ``is_new_allowed`` is False.
+    """
 
     def __init__(self, path: Path, opened: Opened, is_new_allowed: bool = True) -> None:
         self.path = path
@@ -187,7 +207,7 @@ class Journal:
         except OSError as error:
             raise self._failed(error) from error
         try:
-            self._take()
+            self._lock()
             if is_there:  # read again: the last command with the lock may have written
                 self._end = self._read(opened)
             if not self._end:
@@ -201,7 +221,7 @@ class Journal:
         self._stream.close()
 
     def add(self, entry: Opened | Action) -> None:
-        """Append an entry, and write it to the disk."""
+        """Append an entry, and wait until it is on the disk. Raise FileError if that fails."""
         try:
             self._stream.truncate(self._end)
             self._stream.seek(self._end)
@@ -213,8 +233,8 @@ class Journal:
         except OSError as error:
             raise self._failed(error) from error
 
-    def _take(self) -> None:
-        """Lock the file against other commands until it is closed."""
+    def _lock(self) -> None:
+        """Lock the file until it is closed. Raise FileError if another command has locked it."""
         try:
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -226,7 +246,10 @@ class Journal:
             return  # a disk without locks
 
     def _read(self, opened: Opened) -> int:
-        """Read all actions of the file. Return the position after its last whole line."""
+        """Read all actions in the file. Return the position after the last complete line.
+
+        Raises FileError if the file is damaged or belongs to other recordings.
+        """
         try:
             raw = read_regular(self.path, LONGEST)
         except OSError as error:
@@ -259,5 +282,5 @@ class Journal:
 
 
 def _line(entry: Opened | Action) -> bytes:
-    """Return an entry of the journal as JSON with its line end."""
+    """Encode an entry of the journal as one line of JSON."""
     return json.dumps(asdict(entry), ensure_ascii=False).encode() + b"\n"

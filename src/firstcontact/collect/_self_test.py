@@ -59,7 +59,11 @@ class TapMeasures(NamedTuple):
 
 
 def find_taps(layout: Layout, x: Volts, rest: Volts) -> list[Tap]:
-    """Return all complete taps on any finger, given the vibration columns and these at rest."""
+    """Find all complete taps on any finger.
+
+    ``x`` are the vibration columns, and ``rest`` the same ones at rest, V, shape (samples,
+    columns).
+    """
     offset = np.median(rest, axis=0)
     limit = np.maximum(LEAST, FACTOR * rest.std(axis=0))
     before, after, apart = (round(t * layout.rate) for t in (BEFORE, AFTER, APART))
@@ -79,7 +83,10 @@ def find_taps(layout: Layout, x: Volts, rest: Volts) -> list[Tap]:
 
 
 def measure_taps(layout: Layout, taps: Sequence[Tap], rest: Volts) -> TapMeasures:
-    """Measure peak, decay and loudness of taps in each column, given the columns at rest."""
+    """Measure the peak, decay and loudness of taps in each vibration column.
+
+    ``rest`` are these columns at rest, V, shape (samples, columns).
+    """
     clipped = sum(t.is_clipped for t in taps)
     usable = [t.volts for t in taps if not t.is_clipped] or [t.volts for t in taps]
     columns = rest.shape[1]
@@ -99,9 +106,9 @@ def measure_taps(layout: Layout, taps: Sequence[Tap], rest: Volts) -> TapMeasure
 
 
 def _decay(layout: Layout, taps: Sequence[Volts], rest: Volts) -> Volts:
-    """Return the time constant with which taps fade in each column, s.
+    """Return the time constant with which taps fade in each vibration column, s; NaN if too weak.
 
-    The second difference suppresses the finger's swing on its drive at 59 Hz.
+    Second differences suppress the slow swing of the finger (59 Hz).
     """
     noise = np.diff(rest, 2, axis=0).var(axis=0)
 
@@ -187,8 +194,10 @@ class Verdict(NamedTuple):
 class Measured:
     """Measurements from all steps of a self-test, in physical units.
 
-    ``rest`` and ``presses`` have all columns of the layout. ``drift`` has the mean of the vibration
-    columns in each second.
+    ``rest`` and ``presses`` are samples of all columns of the layout, at rest and while a person
+    presses a finger. ``taps`` and ``corners`` are taps on the middle and the corners of each pad.
+    ``drift`` has the mean of each vibration column in each second. ``lost`` and ``samples`` count
+    lost and received samples.
     """
 
     layout: Layout
@@ -215,7 +224,7 @@ def judge(measured: Measured) -> list[Verdict]:
 
 
 def _below(check: str, finger: str, value: float, limit: float, unit: str) -> Verdict:
-    """Return the verdict of ``check``, which requires a value from -``limit`` to ``limit``."""
+    """Return the verdict of a check that requires ``value`` to be from -``limit`` to ``limit``."""
     words = f"{1e3 * value:.1f} m{unit}", f"{1e3 * limit:.1f} m{unit}"
     return Verdict(check, finger, *words, bool(abs(value) <= limit))
 
@@ -285,7 +294,10 @@ def has_array_faults(measured: Measured, finger: Finger) -> bool:
 
 
 def _rises(measured: Measured, x: Volts, finger: Finger) -> Volts:
-    """Return how far each force cell of a finger is above its level at rest, V."""
+    """Return the voltage of each force cell of a finger above the level at rest, V.
+
+    ``x`` are samples of all columns. The shape is (samples, cells).
+    """
     columns = measured.layout.columns(ChannelKind.FORCE, finger)
     return np.asarray(x[:, columns] - measured.rest[:, columns].mean(axis=0))
 
@@ -293,7 +305,7 @@ def _rises(measured: Measured, x: Volts, finger: Finger) -> Volts:
 def _answer_exchanged(levels: dict[Finger, tuple[float, float]]) -> bool:
     """Return True if each finger's tap is louder in the other finger's channel.
 
-    ``levels`` holds for each finger (level in its own channel, level in the other one).
+    ``levels`` are the loudness in the finger's own channel and in the other one, by tapped finger.
     """
     return len(levels) == len(Finger) and all(
         other > max(SWAPPED * own, LEAST) for own, other in levels.values()
@@ -322,7 +334,10 @@ def _tap_verdicts(
 def _place_verdicts(
     name: str, middle: TapMeasures, corners: TapMeasures, column: int
 ) -> Iterator[Verdict]:
-    """Yield verdicts that compare taps on a pad's corners with taps on its middle."""
+    """Yield a verdict that compares taps on a pad's corners with taps on its middle.
+
+    Yield nothing if there were no such taps. ``column`` is the finger's vibration column.
+    """
     sizes = float(middle.peak[column]), float(corners.peak[column])
     if not corners.number or max(sizes) < WEAK:
         return
@@ -333,7 +348,10 @@ def _place_verdicts(
 
 
 def array_faults(rises: NDArray[np.float64]) -> list[str]:
-    """Return a sentence for each fault, from the rise of each force cell, V, (samples, cells)."""
+    """Return a sentence for each fault of a finger's force array.
+
+    ``rises`` is the rise of each force cell above rest, V, shape (samples, cells).
+    """
     highest = rises.max(axis=0)
     if highest.max() < RISE:
         return ["no taxel rises"]
@@ -358,6 +376,9 @@ def array_faults(rises: NDArray[np.float64]) -> list[str]:
 
 
 def _are_connected(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Return True if two lines of a force array always read the same and rise."""
+    """Return True if two rows (or columns) of a force array always rise equally.
+
+    ``a`` and ``b`` are the rises of their cells, V, shape (samples, cells).
+    """
     rise = np.maximum(a, b).max(axis=0)
     return bool((rise > RISE).all() and (np.abs(a - b).max(axis=0) < SAME * rise).all())

@@ -62,7 +62,7 @@ def calibrate(
     say: Say = lambda line: None,
     confirmed: Callable[[], bool] | None = None,
 ) -> Calibration:
-    """Measure the noise floor (RMS at rest) of each fingertip; on request, taps and force curves.
+    """Measure the noise of each fingertip at rest and, if requested, taps and force curves.
 
     Keep the hand open and still during the measurement. If the hand closes repeatedly, the noise is
     measured between its closings.
@@ -151,7 +151,7 @@ def calibrate(
 
 
 def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibration:
-    """Ask the person for a tap on each fingertip. Return the calibration with the peaks."""
+    """Ask the person for a tap on each fingertip. Return the calibration with the taps' peaks."""
     layout = source.descriptor.layout
     for finger in layout.vibration_fingers:
         place = (
@@ -175,7 +175,7 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
 def _weighings(
     source: Source, weigh: Sequence[float], say: Say, confirmed: Callable[[], bool]
 ) -> list[Weighing]:
-    """Ask the person to put each weight on each finger. Return the measured voltages."""
+    """Ask the person to put each weight, N, on each finger. Return the forces with voltages."""
     weighings = []
     link = LinkNews(source.health)
     fingers = source.descriptor.layout.vibration_fingers
@@ -194,7 +194,7 @@ def _weighings(
 
 
 def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
-    """Return the mean voltage of the most loaded force cell of a finger over ``seconds`` s, V."""
+    """Measure a finger's force cells. Return the mean voltage of the most loaded one, V."""
     layout = source.descriptor.layout
     columns = layout.columns(ChannelKind.FORCE, finger)
     if not columns:
@@ -212,7 +212,10 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
 def wait_for_tap(
     source: Source, calibration: Calibration, finger: Finger | None, patience: float = 20.0
 ) -> Calibration:
-    """Wait for a tap on a fingertip and put its peak into the calibration."""
+    """Wait for a tap on a fingertip. Return the calibration with the peak of the tap.
+
+    Raises ArgumentError if no tap came within ``patience`` s.
+    """
     layout = source.descriptor.layout
     columns = layout.columns(ChannelKind.VIBRATION, finger)
     offset = next((p.offset for p in calibration.piezo if p.finger is finger), 0.0)
@@ -260,22 +263,22 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
 
 
 def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel | None:
-    """Return the channel that a measurement belongs to; None if the layout has none."""
+    """Return the vibration channel that a measurement is from; None if it is not in the layout."""
     return next((c for c in layout.vibration if c.finger is measured.finger), None)
 
 
 def is_tapped(layout: Layout) -> bool:
-    """Return True if no sensor is on a finger, so that a person taps objects by hand."""
+    """Return True if no vibration sensor is on a finger of a hand: a person taps the objects."""
     return all(finger is None for finger in layout.vibration_fingers)
 
 
 def rest_request(layout: Layout) -> str:
-    """Return the request to keep the hand still while the noise floor is measured."""
+    """Return the text that asks the person to keep the hand still for the measurement of noise."""
     return "touch nothing" if is_tapped(layout) else "keep the hand open and still, motor off"
 
 
 def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
-    """Return a sentence with the noise and the mean of a sensor at rest."""
+    """Return a text with the noise and the offset of a sensor at rest, in the channel's unit."""
     noise, offset, unit = measured.noise, measured.offset, _unit(channel)
     if unit == "V":
         return f"noise {1e3 * noise:.2f} mV RMS, offset {1e3 * offset:+.2f} mV"
@@ -283,7 +286,7 @@ def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
 
 
 def tap_words(tap: float, channel: Channel | None) -> str:
-    """Return a sentence with the peak of a tap."""
+    """Return a text with the peak of a tap, in the channel's unit: "tap 0.412 V"."""
     return f"tap {tap:.3f} {_unit(channel)}"
 
 
@@ -294,7 +297,7 @@ def _unit(channel: Channel | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Weighing:
-    """Known force on one force cell, N, and the voltage over the divider's resistor, V."""
+    """Known force on one force cell of a finger, N, and the cell's output voltage, V."""
 
     finger: Finger
     newtons: float
@@ -302,7 +305,7 @@ class Weighing:
 
 
 def read_weights(path: Path) -> tuple[Weighing, ...]:
-    """Read a CSV with the columns finger (index or thumb), newtons and volts."""
+    """Read weighings from a CSV with the columns finger (index or thumb), newtons and volts."""
     weighings = []
     for line, row in read_rows(path, ("finger", "newtons", "volts")):
         try:
@@ -318,7 +321,11 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
 
 
 def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
-    """Fit the force curve of a finger's Velostat sheet: conductance at rest, gain and exponent."""
+    """Fit the force curve of one finger's Velostat sheet to known forces and measured voltages.
+
+    ``resistor`` is that of the voltage divider, ohm. Raises ArgumentError if the weights are too
+    few, out of range, or do not give rising voltages.
+    """
     finger = weighings[0].finger if weighings else Finger.INDEX
     subject = f"the weights of the {finger_words(finger)}"
     points = sorted(weighings, key=lambda w: w.newtons)
@@ -350,13 +357,10 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
 def _fit(
     finger: Finger, force: NDArray[np.float64], volts: NDArray[np.float64], resistor: float
 ) -> ForceCurve:
-    """Fit the force curve of one finger to weights and voltages by least squares.
-
-    ``worth`` is dV/dg apart from a constant factor.
-    """
+    """Fit the force curve of one finger to forces, N, and voltages, V, by least squares."""
     ratio = volts / ADC_VOLTS
     conductance = ratio / (1 - ratio) / resistor
-    worth = (1 - ratio) ** 2
+    worth = (1 - ratio) ** 2  # dV/dg apart from a constant factor
     unit = float(conductance.max())
     strongest = float(force.max())
 

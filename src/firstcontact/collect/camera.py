@@ -1,4 +1,4 @@
-"""Comparison of contact times between a high-speed camera and the strips."""
+"""Comparison of contact times from a high-speed camera with those from the contact strips."""
 
 from __future__ import annotations
 
@@ -28,7 +28,12 @@ Key = tuple[int, Finger]
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Agreement of contact times on two clocks, after their offset and drift were removed."""
+    """Agreement of the camera's contact times with the device's.
+
+    ``residuals`` are the camera's times minus the device's, s, by pinch and finger, after the
+    clocks' ``offset``, s, and ``drift`` were removed. ``left_out`` are contacts that only the
+    camera has.
+    """
 
     residuals: Mapping[Key, float]
     fps: float
@@ -39,17 +44,20 @@ class Agreement:
 
     @property
     def within(self) -> float:
-        """Share of contacts whose two times differ by at most one frame."""
+        """Share of contacts whose two times differ by at most one frame, 0 to 1."""
         return 1.0 - len(self.disagreeing) / len(self.residuals)
 
     @property
     def disagreeing(self) -> tuple[Key, ...]:
-        """Contacts whose two times differ by more than one frame."""
+        """Contacts (pinch, finger) whose two times differ by more than one frame."""
         return tuple(k for k, r in self.residuals.items() if abs(r) > 1.0 / self.fps)
 
 
 def read_contacts(path: Path) -> dict[Key, float]:
-    """Read the camera's times, s, from a CSV with the columns pinch, finger and time_s."""
+    """Read contact times by the camera from a CSV with the columns pinch, finger and time_s.
+
+    Return the times, s, by number of the pinch and finger.
+    """
     contacts: dict[Key, float] = {}
     for line, row in read_rows(path, COLUMNS):
         try:
@@ -69,7 +77,12 @@ def read_contacts(path: Path) -> dict[Key, float]:
 
 
 def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
-    """Fit the camera's clock to the device's clock. Return how well the contact times agree."""
+    """Compare the camera's contact times with those of the strips in a recording.
+
+    The offset and the drift between the two clocks are fitted first. ``contacts`` are the camera's
+    times, s, by pinch and finger, and ``fps`` is its number of frames per second. Raises FileError
+    for fewer than three pinches with both times.
+    """
     if not 1.0 <= fps <= FASTEST:
         raise ArgumentError(f"fps is {fps:g}: give the camera's frames per s, 1 to {FASTEST:g}")
     rate = recording.header.layout.rate
@@ -117,7 +130,11 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Fit offset and drift of the clocks by least squares to the contacts in the mask ``near``."""
+    """Fit offset and drift of two clocks by least squares to the contacts in the mask ``near``.
+
+    Return the fitted parameters, and the drift's standard error. If there are too few contacts,
+    return ``otherwise`` and NaN.
+    """
     a, b = design[near], difference[near]
     fitted, _, rank, _ = np.linalg.lstsq(a, b, rcond=None)
     if len(a) <= a.shape[1] or rank < a.shape[1]:
@@ -129,7 +146,7 @@ def _least_squares(
 
 
 def in_words(agreement: Agreement) -> Sequence[str]:
-    """Return the comparison as sentences, one per line."""
+    """Return the results of a comparison as lines of text."""
     frame = 1e3 / agreement.fps
     sizes = 1e3 * np.abs(list(agreement.residuals.values()))
     lines = [

@@ -57,10 +57,10 @@ PIECE = 0.25
 def check_fingertips(
     source: Source, *, drift: float = 30.0, say: Say = lambda line: None
 ) -> tuple[Measured, list[Verdict]]:
-    """Guide a person through the self-test of two fingertips.
+    """Guide a person through the self-test of two fingertips. Return measurements and verdicts.
 
     The simulated hand taps and presses by itself. ``drift`` is the time for which the drift is
-    measured, s; 0 skips it. ``say`` is called with each line for the person.
+    measured, s; 0 skips this step. ``say`` is called with each line for the person.
     """
     require_source(source)
     shortest, longest = DRIFT_SECONDS
@@ -97,7 +97,10 @@ def check_fingertips(
 
 
 class _Steps:
-    """Steps of the self-test: each asks the person for something, and reads the samples."""
+    """Steps of the self-test. Each method asks the person for an action, and returns samples.
+
+    Samples have all columns of the layout, in physical units, shape (samples, columns).
+    """
 
     def __init__(self, source: Source, say: Say) -> None:
         self._source, self._say = source, say
@@ -107,7 +110,10 @@ class _Steps:
         self.delays: list[Volts] = []
 
     def pieces(self, request: str, task: str, seconds: float, piece: float) -> Iterator[Volts]:
-        """Ask the person for ``request``. Yield the samples of the next ``seconds`` s in pieces."""
+        """Ask the person for ``request``. Yield the samples of ``seconds`` s in pieces.
+
+        A piece lasts ``piece`` s. ``task`` is the same request for a simulated person.
+        """
         self._say(request)
         self._order(task)
         length = round(piece * self._layout.rate)
@@ -119,17 +125,23 @@ class _Steps:
             waiting = waiting[length:]
 
     def samples(self, request: str, task: str, seconds: float) -> Volts:
-        """Ask the person for ``request``. Return the samples of the next ``seconds`` s."""
+        """Ask the person for ``request``. Return the samples of the next ``seconds`` s.
+
+        ``task`` is the same request for a simulated person.
+        """
         return np.concatenate(list(self.pieces(request, task, seconds, PIECE)))
 
     def presses(self, finger: Finger, start: str = "") -> Volts:
-        """Ask for presses on all places of a finger. Return the samples with them."""
+        """Ask the person to press all places of a finger. Return the samples meanwhile."""
         name = finger_name(finger)
         request = f"{start}press the {name}'s six places in turn, each for a second, within "
         return self.samples(f"{request}{PRESSES:g} s", f"press {name}", PRESSES)
 
     def taps(self, finger: Finger, rest: Volts) -> list[Tap]:
-        """Ask the person for taps on a finger. Return the taps found in the samples."""
+        """Ask the person for taps on a finger. Return the detected taps.
+
+        ``rest`` are the vibration columns at rest.
+        """
         name = finger_name(finger)
         request = (
             f"tap the middle of the {name}'s pad {TAPS} times with a pencil's blunt end, as if it "
@@ -154,7 +166,7 @@ class _Steps:
         return taps
 
     def corner_taps(self, finger: Finger, rest: Volts) -> list[Tap]:
-        """Ask for a tap on each corner of a finger's pad, and return the taps."""
+        """Ask the person for a tap on each corner of a finger's pad. Return the detected taps."""
         name = finger_name(finger)
         columns = self._layout.columns(ChannelKind.VIBRATION)
         x, taps = np.zeros((0, len(columns))), list[Tap]()
@@ -167,7 +179,7 @@ class _Steps:
         return taps
 
     def _order(self, task: str) -> None:
-        """Give the task to a simulated person. Drop samples from before the request."""
+        """Give the task to a simulated person. Drop the samples from before the request."""
         self._source.order(tester_text(task))
         self._source.read(0)
         if self._source.twin_hand is None:
@@ -179,7 +191,7 @@ class _Steps:
                     return
 
     def _arrived(self) -> list[Volts]:
-        """Return the next samples, and store their transport delays."""
+        """Return the next samples in physical units. Store their transport delays."""
         raw = []
         for arrival in wait_for_arrivals(self._source):
             block = arrival.block
@@ -220,7 +232,7 @@ text {{ font-size: 13px }}
 def write_page(
     path: Path, descriptor: Descriptor, measured: Measured, verdicts: list[Verdict]
 ) -> None:
-    """Write the page of a self-test. The finished file replaces an existing one."""
+    """Write the result of a self-test as an HTML page. The finished file replaces an old one."""
     title = descriptor.sensor or "fingertips"
     date = datetime.now(UTC).isoformat(" ", "minutes").removesuffix("+00:00")
     facts = [title, descriptor.hand, descriptor.firmware, f"{date} UTC"]
@@ -245,13 +257,16 @@ def write_page(
 
 
 def summary(verdicts: list[Verdict]) -> str:
-    """Return a sentence with the number of faults that the self-test found."""
+    """Return a sentence with the number of checks that found a fault."""
     count = sum(not v.is_good for v in verdicts)
     return f"{count} of {len(verdicts)} checks found a fault" if count else "no fault was found"
 
 
 def _drawing(finger: Finger, measured: Measured, volts: Volts) -> str:
-    """Draw a tap in both sensors from 7 ms before it to 33 ms after it, 10 pixels a millisecond."""
+    """Return an HTML figure of a tap in both vibration channels, 7 ms before to 33 ms after it.
+
+    ``volts`` has the shape (samples, channels).
+    """
     height = 1.1 * float(np.abs(volts).max())
     times = 1e3 * (np.arange(len(volts)) / measured.layout.rate - BEFORE)
     shown = np.abs(times - 13) <= 20

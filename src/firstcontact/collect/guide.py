@@ -1,4 +1,4 @@
-"""Guide of a recording: it names the next object and judges each closing."""
+"""Guide of a recording, which names the next object and judges each closing of the hand."""
 
 from __future__ import annotations
 
@@ -102,7 +102,10 @@ class Item:
 
 
 def read_plan(path: Path) -> tuple[Item, ...]:
-    """Read the plan of a recording: a CSV with the columns of ``COLUMNS``."""
+    """Read the plan of a recording, a CSV with the columns ``COLUMNS`` and one row per object.
+
+    Raises FileError, which names the line, for a row that cannot be used.
+    """
     rows = read_rows(path, COLUMNS[:2])
     for name in rows[0][1] if rows else ():
         if name not in COLUMNS:
@@ -141,7 +144,7 @@ def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """Result of a closing that touched an object: a valid pinch if it has no faults."""
+    """Result of a closing that touched an object. Without ``faults`` it is a valid pinch."""
 
     label: Label
     faults: tuple[str, ...]
@@ -158,7 +161,11 @@ class Judged:
 
 
 class Guide:
-    """Guide that names the object to pinch, and decides if a closing is a valid pinch of it."""
+    """Guide that names the object to pinch, and decides if a closing is a valid pinch.
+
+    ``items`` is the plan of objects. ``recorded`` counts the valid pinches that earlier files of
+    the session already hold, by label.
+    """
 
     def __init__(
         self,
@@ -201,7 +208,7 @@ class Guide:
         return self._noise.ratio
 
     def progress(self, label: Label) -> tuple[int, int]:
-        """Return the numbers of recorded and of planned valid pinches of an object."""
+        """Return how many valid pinches of an object are recorded, and how many are planned."""
         return self._done[label], self._wanted[label]
 
     def update(self, arrival: Arrival) -> list[Judged]:
@@ -216,7 +223,7 @@ class Guide:
         return judged
 
     def finish(self) -> list[Judged]:
-        """Return the result of a closing that the end of the samples has cut short, if any."""
+        """Return the result of the last closing, which the end of the samples cut short; or []."""
         check = self._check
         return self._judge() if check is not None and check.anchor is not None else []
 
@@ -273,7 +280,11 @@ class Guide:
 
 
 class _Noise:
-    """Meter of the noise in the quietest part of a stream, as a multiple of the calibrated one."""
+    """Meter of the noise in the quietest 0.1 s, as a multiple of the calibrated noise.
+
+    ``floors`` are the calibrated noises of the vibration channels. ``ratio`` is the result, that of
+    the louder channel.
+    """
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:
         self._layout, self._floors = layout, floors

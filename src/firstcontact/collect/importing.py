@@ -1,4 +1,4 @@
-"""Import of data in other formats: choice of an importer, and atomic writing of recordings."""
+"""Import of data in other file formats, which are written as recordings."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def import_recordings(
 
 
 def _with_doubts(dataset: Dataset) -> Dataset:
-    """Add notes on vibrations that look like a clock, or like copies of each other."""
+    """Add notes to a dataset about vibrations that look like a clock, or like the same signal."""
     columns = dataset.layout.columns(ChannelKind.VIBRATION)
     names = [dataset.layout.column_names[column] for column in columns]
     parts = [pinch.data[:, columns] for pinch in dataset.pinches[:MOST_COMPARED]]
@@ -159,7 +159,11 @@ def _with_doubts(dataset: Dataset) -> Dataset:
 
 
 def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:
-    """Return the first importer that accepts the path, rate (Hz) and tables such as "events"."""
+    """Return the first importer that accepts a path, a rate and tables.
+
+    ``rate`` is the user's sampling rate, Hz. ``tables`` are the names of the user's tables, such as
+    "events". Raises InputError, which lists what is accepted, if there is no such importer.
+    """
     if not path.exists():
         raise FileError(f"{path} does not exist: check the path")
     importer = None
@@ -191,7 +195,10 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
 
 
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
-    """Return the dataset with the source that its file states, or else the user's."""
+    """Return the dataset with the source (origin) that the file or the user states.
+
+    Raises ArgumentError if they differ. Adds a note if neither states one.
+    """
     if source is not None and dataset.source not in ("unknown", source):
         raise ArgumentError(
             f"{path} states {dataset.source!r}, not {source!r}: leave it out or correct the file",

@@ -1,4 +1,4 @@
-"""New recordings from labelling: the same samples, with the accepted contacts."""
+"""Writer of labelled recordings: copies of recordings with the contacts that a person accepted."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ONE_CLOSING = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Labeller:
-    """Name of the person, date and program of the labels."""
+    """Origin of labels: name of the person, date, and program."""
 
     name: str
     when: str
@@ -31,9 +31,10 @@ class Labeller:
 def write_labelled(
     recording: Recording, marks: Sequence[Mark], path: Path, by: Labeller
 ) -> tuple[int, int]:
-    """Write a copy of a recording in which each accepted contact is the first one of a pinch.
+    """Write a copy of a recording to ``path``, in which each accepted contact begins a pinch.
 
-    Returned are the numbers of pinches and of contacts without a decision.
+    Return the number of pinches, and the number of contacts without a decision. Raises FileError if
+    ``path`` exists.
     """
     accepted = [m for m in marks if m.status is Status.ACCEPTED]
     left = sum(m.status is Status.FOUND for m in marks)
@@ -104,7 +105,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if ``slow``, a block of slower columns, begins during ``block``."""
+    """Return True if ``slow``, a block of the slower group ``name``, begins during ``block``."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate
@@ -114,7 +115,10 @@ def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
 
 
 def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMark]:
-    """Yield a pinch for each first contact, with the other finger's contact if it follows soon."""
+    """Yield the mark of a pinch for each accepted contact.
+
+    A contact of the other finger that follows soon is the second contact of the same pinch.
+    """
     rate = recording.header.layout.rate
     fingers = recording.header.layout.vibration_fingers
     groups: list[list[Mark]] = []
@@ -169,6 +173,6 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
 
 
 def is_inside(pinch: PinchMark, block: Block, sample: int) -> bool:
-    """Return True if a pinch of the original recording contains a sample of a block."""
+    """Return True if a marked pinch contains a sample, which counts from the start of ``block``."""
     at = block.first_sample + sample
     return pinch.epoch == block.epoch and pinch.first_sample <= at < pinch.end

@@ -1,4 +1,4 @@
-"""Labelling of recordings by a person on a page: session, plotted signals, and server."""
+"""Labelling of recordings by a person on a web page: state of a session, and server."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ WIDEST = 2.0
 
 
 def open_recordings(paths: Sequence[Path]) -> list[Recording]:
-    """Read all recordings in files and folders. Raise InputError for one without samples."""
+    """Read all recordings in files and folders.
+
+    Raises InputError for a recording without samples, and for two with the same file name.
+    """
     files = [file for path in paths for file in find_recordings(path)]
     names = [file.name for file in files]
     doubled = next((name for name in names if names.count(name) > 1), None)
@@ -57,7 +60,10 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
 
 
 def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
-    """Return all contacts found in recordings. Contacts inside a pinch have its label."""
+    """Detect all contacts in recordings. A contact inside a marked pinch gets the pinch's label.
+
+    Raises InputError if there are no contacts, or too many for one session.
+    """
     out: list[Mark] = []
     for number, recording in enumerate(recordings):
         layout = recording.header.layout
@@ -84,7 +90,12 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
 
 
 def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[str, Any]:
-    """Return all vibration signals around one sample as minima and maxima, for a plot."""
+    """Return the vibration signals around the sample ``middle``, for a plot on the page.
+
+    ``stretch`` is the index of the block, and ``half`` the time to show on each side, s. The dict
+    has "first" (the first sample), "step" (the number of samples per point), and the minima
+    ("least") and maxima ("most") per point of each channel.
+    """
     layout = recording.header.layout
     block = recording.stretches[stretch]
     reach = max(1, round(min(half, WIDEST) * layout.rate))
@@ -113,7 +124,7 @@ _QUESTION = re.compile(rb'"ask"\s*:')
 
 @dataclass(frozen=True, slots=True)
 class _Request:
-    """Message of the page: a request for the signal around a sample, or for the end."""
+    """Message of the page that asks for the signal around a sample, or for the end of labelling."""
 
     ask: Literal["signal", "finish"]
     number: Whole = 0
@@ -124,7 +135,11 @@ class _Request:
 
 
 class Session:
-    """Labelling of some recordings, with a journal. New recordings are written to ``out``."""
+    """State of the labelling of some recordings, stored in a journal in the folder ``out``.
+
+    :meth:`finish` writes the labelled recordings to ``out``. ``by`` is the labels' origin. Raises
+    FileError if ``out`` already holds labelled recordings, or a journal of others.
+    """
 
     def __init__(
         self, recordings: Sequence[Recording], out: Path, by: Labeller, is_new_allowed: bool = True
@@ -165,21 +180,21 @@ class Session:
 
     @property
     def earlier(self) -> str:
-        """Sentence on the number of actions that the journal held at the start."""
+        """Text about the number of actions that were read from the journal at the start."""
         lost = self._journal.lost_bytes
         damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
         steps = counted(len(self._journal.actions), "labelling step")
         return f"{steps} restored from earlier sessions{damage}"
 
     def state(self) -> dict[str, Any]:
-        """Return all contacts with their labels, and the number of actions so far, as JSON."""
+        """Return all contacts with labels ("marks") and the number of actions ("done")."""
         return {
             "marks": [asdict(mark) for mark in self.marks.ordered()],
             "done": len(self.marks.done),
         }
 
     def hello(self) -> dict[str, Any]:
-        """Return the first message to the page: the recordings and the state of all contacts."""
+        """Return the first message to the page: "recordings" and the contents of :meth:`state`."""
         recordings = [
             {
                 "name": r.path.name,
@@ -194,7 +209,10 @@ class Session:
         return {"recordings": recordings, **self.state()}
 
     def obey(self, message: str | bytes) -> dict[str, Any]:
-        """Carry out a message of the page and return the reply. After an error nothing changed."""
+        """Carry out a message of the page. Return the reply.
+
+        Raises InputError for an impossible request, which then changes nothing.
+        """
         data = message.encode() if isinstance(message, str) else message
         if _QUESTION.search(data):
             return self._ask(read_record(data, _Request, "the page", "load it again", LONGEST))
@@ -212,7 +230,7 @@ class Session:
         return {"mark": asdict(mark), "done": len(self.marks.done)}
 
     def finish(self) -> list[str]:
-        """Write all new recordings, or none after an error. Return a line about each."""
+        """Write all labelled recordings; after an error, write none. Return a line about each."""
         if not self.marks.done:
             raise ArgumentError("no onset is labelled yet: accept or reject an onset first")
         lines = []
@@ -251,7 +269,7 @@ class Session:
 
 
 class LabelServer:
-    """Server of the page of one labelling session, on this machine only."""
+    """Web server for the page of one labelling session. Only this computer can open the page."""
 
     def __init__(self, session: Session, port: int) -> None:
         from firstcontact.streaming.page.serving import (  # needs the extra `live`

@@ -33,7 +33,7 @@ WAIT = 0.1
 
 
 class Screen:
-    """Display for the person who records. Subclasses show results and ask for objects."""
+    """Display for the person who records. The methods do nothing: override them in a subclass."""
 
     def say(self, line: str) -> None:
         """Show a line of text."""
@@ -45,11 +45,14 @@ class Screen:
         """Show the numbers of samples and closings at the end of the recording."""
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        """Show the next object. Return False if the person has to put it in place first."""
+        """Show the next object. Return False if the person must put the object in place first.
+
+        ``recorded`` of the ``wanted`` valid pinches are recorded.
+        """
         return True
 
     def in_place(self) -> bool:
-        """Return True if the person has put the object in place."""
+        """Return True once the person has put the next object in place."""
         return True
 
     def judged(self, judged: Judged) -> None:
@@ -67,7 +70,11 @@ def run_session(
     screen: Screen,
     stopped: Callable[[], bool] = lambda: False,
 ) -> bool:
-    """Record until every object has its pinches. Return True if all were recorded."""
+    """Record into the new file ``path`` until every object has enough valid pinches.
+
+    Return True if all pinches were recorded, False if ``stopped`` returned True or the source ended
+    first. Closes the source. Raises FileError if the file cannot be written.
+    """
     with Recorder() as recorder:
         recorder.start(path, header)
         try:
@@ -82,7 +89,10 @@ def run_session(
 def _follow(
     source: Source, guide: Guide, recorder: Recorder, screen: Screen, stopped: Callable[[], bool]
 ) -> None:
-    """Record until all pinches are recorded, the source ends, writing fails or the person stops."""
+    """Pass samples from the source to recorder and guide, and results to the screen.
+
+    Return once all pinches are recorded, the source ends, writing fails or ``stopped`` is True.
+    """
     label = named = None
     while guide.current is not None and not stopped():
         if guide.current != label:
@@ -111,7 +121,11 @@ def _follow(
 
 @dataclass(frozen=True, slots=True)
 class SessionProgress:
-    """Files and pinches that a folder already has of a session."""
+    """Files and valid pinches of a session that a folder already holds.
+
+    ``path`` is the file to write next, ``counts`` the number of pinches by label, and
+    ``unreadable`` the errors of files that cannot be read.
+    """
 
     path: Path
     counts: Counter[Label] = field(default_factory=Counter)
@@ -120,7 +134,10 @@ class SessionProgress:
 
 
 def session_progress(folder: Path, session: str, descriptor: Descriptor) -> SessionProgress:
-    """Return the files and pinches that a folder already has of a session."""
+    """Read the files of a session that a folder already holds. Return what they contain.
+
+    Raises ArgumentError if one is of another session, or of a device other than ``descriptor``.
+    """
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
     counts: Counter[Label] = Counter()
     files, unreadable = list[Path](), list[str]()
@@ -299,7 +316,10 @@ def _record(
 def _items(
     source: Source, item: Item | None, plan: AnyPath | Sequence[Item] | None
 ) -> tuple[Item, ...]:
-    """Return the objects to record. A simulated source knows the Shore A of its objects."""
+    """Return the objects to record: one item, or a plan. Raise ArgumentError for both or neither.
+
+    For a simulated hand, look up the Shore A of objects without one.
+    """
     if (plan is None) == (item is None):
         raise ArgumentError(
             "give either one object or a plan for several, not both"
@@ -322,7 +342,7 @@ def _items(
 
 
 class _CountingScreen(Screen):
-    """Display without a terminal, which only counts valid pinches."""
+    """Display that shows nothing, and calls ``step(1)`` for each valid pinch."""
 
     def __init__(self, step: Callable[[int], object]) -> None:
         self._step = step

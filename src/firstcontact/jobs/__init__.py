@@ -1,4 +1,4 @@
-"""Parallel jobs on this computer or a Dask cluster, and child processes."""
+"""Parallel jobs on this computer or on a Dask cluster, and child processes."""
 
 import lazy_loader
 

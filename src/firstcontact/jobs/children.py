@@ -1,7 +1,7 @@
-"""Child processes that end with this process, however it ends.
+"""Child processes that end when this process ends, even if it is killed.
 
-``python -m firstcontact.jobs.children PARENT SIGNAL MODULE OPTIONS`` first asks the kernel for a
-signal when the parent ends. It then runs the module in the same process.
+``python -m firstcontact.jobs.children PARENT SIGNAL MODULE OPTIONS`` first asks the kernel to send
+the child a signal when the parent ends. It then runs the module in the same process.
 """
 
 from __future__ import annotations
@@ -26,7 +26,11 @@ LONGEST_SELECT = 0.5
 
 
 class Child:
-    """Child process that runs a module and exchanges lines over its standard input and output."""
+    """Child process that runs a module, and exchanges lines with this process over pipes.
+
+    With ``wakes``, the child is woken if this process ends, so that it can end by itself; else it
+    is killed.
+    """
 
     def __init__(self, module: str, *options: str, wakes: bool = False) -> None:
         # SIGCONT wakes even a suspended child, which then notices the end of its input and exits.
@@ -59,7 +63,11 @@ class Child:
             data = data[os.write(number, data[: select.PIPE_BUF]) :]
 
     def answer(self, timeout: float) -> str:
-        """Return the next line that the child writes."""
+        """Return the next line that the child writes.
+
+        Raises TimeoutError if none comes within ``timeout`` s, and BrokenPipeError if the child has
+        ended.
+        """
         number = _open(self._process.stdout).fileno()
         deadline = time.monotonic() + timeout
         while b"\n" not in self._unread:
@@ -79,7 +87,7 @@ class Child:
         self._process.terminate()
 
     def end_input(self) -> None:
-        """Close the child's input, so that it ends by itself. It may still send lines."""
+        """Close the child's input, which tells the child to end. It may still send lines."""
         with suppress(OSError):
             _open(self._process.stdin).close()
 
@@ -103,7 +111,7 @@ class Child:
 def _start_module(
     module: str, *options: str, number: signal.Signals, **popen: Any
 ) -> subprocess.Popen[bytes]:
-    """Start a process that runs a module and ends with this process."""
+    """Start a child process that runs a module, and gets the signal ``number`` if this one ends."""
     # Without -P a file in the user's working folder could replace a module.
     command = [sys.executable, "-P", "-m", "firstcontact.jobs.children"]
     return subprocess.Popen(  # noqa: S603
@@ -131,7 +139,10 @@ def _keep(
 
 
 def _ready(deadline: float, *, reads: Sequence[int] = (), writes: Sequence[int] = ()) -> bool:
-    """Wait until a pipe can be read or written. Return False if ``deadline`` passes first."""
+    """Wait until a pipe can be read or written. Return False if ``deadline`` passes first.
+
+    ``reads`` and ``writes`` are file descriptors. ``deadline`` is in s of ``time.monotonic()``.
+    """
     while True:
         remaining = max(deadline - time.monotonic(), 0.0)
         if any(select.select(reads, writes, [], min(remaining, LONGEST_SELECT))):
@@ -147,7 +158,10 @@ def _open(stream: IO[bytes] | None) -> IO[bytes]:
 
 
 def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
-    """On Linux, let this process get a signal when its parent process ends."""
+    """On Linux, make the kernel send this process a signal when its parent process ends.
+
+    ``parent`` is the parent's process id. If the parent has ended already, the signal is sent now.
+    """
     if sys.platform == "linux":
         import ctypes
 
@@ -158,7 +172,7 @@ def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
 
 
 def main() -> None:
-    """Run a module in this process, and end the process when its parent ends."""
+    """Run the module that the command line names, in a process that ends with its parent."""
     parent, number, module, *options = sys.argv[1:]
     follow(int(parent), signal.Signals(int(number)))
     sys.argv = [module, *options]

@@ -35,8 +35,8 @@ GONE = "the connection to the cluster is lost: start the cluster and this comman
 class ClusterRunner(Runner):
     """Runner that submits one task per job to a Dask cluster.
 
-    It has no joblib backend in between, because joblib waits for ever for tasks that were cancelled
-    or whose worker was killed.
+    It does not use joblib's Dask backend, which waits forever for tasks that were cancelled or
+    whose worker was killed. Raises InputError if the connection is lost.
     """
 
     def __init__(self, client: Client, tick: Tick) -> None:
@@ -87,7 +87,11 @@ def _result(task: Future[bytes]) -> Any:
 
 @contextmanager
 def use_cluster(address: str) -> Iterator[None]:
-    """Run jobs of :func:`firstcontact.jobs.parallel` on a Dask cluster in the ``with`` block."""
+    """Run jobs of :func:`firstcontact.jobs.parallel` on a Dask cluster in the ``with`` block.
+
+    ``address`` is the scheduler's, as "tcp://HOST:PORT". Raises ArgumentError if no scheduler or
+    worker answers there, or if a worker has other versions of packages.
+    """
     # Errors below name the problem in one sentence; the library's log lines would repeat it.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -146,5 +150,5 @@ def _check(client: Client, address: str) -> None:
 
 
 def _public(number: str | None) -> str:
-    """Return a version number without its build tag, the text after ``+``."""
+    """Return a version number without the build tag, the text after ``+``; "none" for None."""
     return (number or "none").partition("+")[0]

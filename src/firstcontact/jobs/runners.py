@@ -49,9 +49,9 @@ _runners: list[Callable[[Tick], Runner]] = []
 
 
 class Runner(ABC):
-    """Runner that calls ``function(job, *shared)`` for many small jobs.
+    """Base class of runners, which call ``function(job, *shared)`` for each of many small jobs.
 
-    Shared data are sent to the workers once. Arrays in them are read-only.
+    The shared data are sent to the workers once. Arrays in them are read-only.
     """
 
     @abstractmethod
@@ -82,7 +82,7 @@ class Serial(Runner):
 
 
 class Pool(Runner):
-    """Runner that calls jobs in parallel by :class:`joblib.Parallel`."""
+    """Runner that calls jobs in parallel with :class:`joblib.Parallel`."""
 
     def __init__(self, parallel: Any, tick: Tick, share_memory: bool) -> None:
         self._parallel, self._tick, self._share_memory = parallel, tick, share_memory
@@ -116,7 +116,11 @@ def parallel(
     tick: Tick = lambda finished, total: None,
     prefer: Literal["processes", "threads"] = "processes",
 ) -> Iterator[Runner]:
-    """Yield a runner that leaves no process behind, even after an exception."""
+    """Yield a runner for ``workers`` parallel jobs. No process remains after the ``with`` block.
+
+    ``tick`` is called with the numbers of finished jobs and of all jobs. ``prefer`` says if workers
+    are processes or threads. In a :func:`using` block, the runner is that of the block.
+    """
     if _runners:
         yield _runners[-1](tick)
         return
@@ -145,7 +149,7 @@ def parallel(
 
 @contextmanager
 def using(runner: Callable[[Tick], Runner]) -> Iterator[None]:
-    """Replace the runner of :func:`parallel` by that of this function in the ``with`` block."""
+    """Make :func:`parallel` yield ``runner(tick)`` in the ``with`` block, such as a cluster's."""
     _runners.append(runner)
     try:
         yield
@@ -187,7 +191,7 @@ def run_job(function: Callable[..., B], job: object, payload: Any) -> B:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Limit numerical libraries to one thread. More threads only slow parallel jobs down."""
+    """Limit numerical libraries to one thread in the ``with`` block, as parallel jobs need it."""
     import joblib
 
     previous = {name: os.environ.get(name) for name in ONE_THREAD}
@@ -206,14 +210,21 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _numerical_libraries(modules: int) -> Any:
-    """Return the loaded numerical libraries. The search takes 2 ms."""
+    """Return threadpoolctl's controller of the loaded numerical libraries.
+
+    The search takes 2 ms, so it is repeated only if ``modules``, the number of imported modules,
+    changes.
+    """
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
 
 def worker_count(workers: int) -> int:
-    """Return the number of processes for the option ``--workers``; 0 stands for all cores."""
+    """Return the number of worker processes: ``workers``, or for 0 the number of cores.
+
+    Raises ArgumentError if the number is out of range.
+    """
     if not 0 <= workers <= MOST_WORKERS:
         raise ArgumentError(
             f"{workers} must be 0 (all cores) to {MOST_WORKERS}", parameter="workers"
@@ -227,7 +238,10 @@ def cores() -> int:
 
 
 def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
-    """Pack values into one array of bytes, with their arrays uncompressed."""
+    """Pack values into one array of bytes, from which workers share the values' arrays.
+
+    :func:`unpack_payload` is the inverse.
+    """
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(values, protocol=5, buffer_callback=buffers.append)
     parts: list[Any] = [head, *(buffer.raw() for buffer in buffers)]
@@ -242,7 +256,10 @@ def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
 
 
 def unpack_payload(array: NDArray[np.uint8]) -> tuple[Any, ...]:
-    """Return the values of :func:`pack_payload` with read-only arrays. The last ones are cached."""
+    """Return the values that :func:`pack_payload` packed, with read-only arrays.
+
+    The values of the last call are cached.
+    """
     global _opened
     key = array[:16].tobytes()
     if _opened[0] != key:

@@ -1,4 +1,4 @@
-"""Drawings of predictions and evaluations, and small drawings of all objects in notebooks."""
+"""Plots of predictions and evaluations, and small pictures of all objects for notebooks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
-    """Draw the value and the interval of each prediction."""
+    """Draw the value and the interval of each prediction into a figure. Return the axes."""
     axes = _graph(figure)
     number, value = np.arange(len(predictions)), predictions.value
     for is_out, colour, label in ((False, BLUE, "prediction"), (True, ORANGE, "out of range")):
@@ -46,7 +46,10 @@ def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
 
 
 def draw_evaluation(evaluation: Evaluation, figure: Figure) -> Axes:
-    """Draw the error, or the accuracy, of each group of pinches over the time after the contact."""
+    """Draw the error, or the accuracy, over the time after the contact. Return the axes.
+
+    Each group of pinches in the evaluation is a line.
+    """
     axes = _graph(figure)
     for group, colour in zip(evaluation.groups, (BLUE, ORANGE, GREY), strict=False):
         name = "rmse" if group.rmse else "accuracy"
@@ -87,9 +90,9 @@ def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
     Parameters
     ----------
     subject
-        For a pinch, all its channels are drawn over time. For a dataset: the vibration after the
-        first contact, coloured by hardness. For predictions: each value with its interval. For an
-        evaluation: the error over the time after the contact.
+        A pinch is drawn as all channels over time. A dataset is drawn as the vibration after the
+        first contacts, coloured by hardness. Predictions are drawn as values with intervals, and an
+        evaluation as the error over the time after the contact.
 
     Returns
     -------
@@ -124,7 +127,7 @@ def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
 
 
 def notebook_html(subject: object) -> str:
-    """Return a small drawing as HTML; "" without Matplotlib, or of an empty dataset."""
+    """Return a small picture as HTML; "" without Matplotlib or for an empty dataset."""
     if missing_modules(["matplotlib"]) or (isinstance(subject, Dataset) and not len(subject)):
         return ""
     from matplotlib import rc_context

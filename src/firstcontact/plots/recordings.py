@@ -41,7 +41,7 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
 
 
 def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
-    """Draw all channels of a pinch, one axes for each kind of channel; return the axes."""
+    """Draw all channels of a pinch into a figure. Return the axes, one for each kind of channel."""
     kinds = [kind for kind in _HEIGHTS if pinch.layout.columns(kind)]
     heights = [_HEIGHTS[kind] for kind in kinds]
     figure.set_size_inches(9.0, 1.1 + sum(heights))
@@ -78,7 +78,7 @@ def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
 def draw_dataset(data: Dataset, figure: Figure) -> Axes:
     """Draw the vibration after the first contact of up to 60 pinches, coloured by hardness.
 
-    If no contact is known, draw whole pinches.
+    If no contact is known, draw whole pinches. Return the axes.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize

@@ -1,6 +1,6 @@
-"""Style of plots: fonts, names from recordings, axes.
+"""Style of plots: fonts, axes, and the names of objects and files in them.
 
-Names from recordings are drawn as plain text, in characters that the font has.
+Names from recordings are drawn as plain text, with the characters that the font has.
 """
 
 from __future__ import annotations
@@ -39,7 +39,10 @@ def name_hardness(axes: Axes) -> None:
 
 
 def figure_label(name: str, most: int = MOST) -> str:
-    """Return a name from a recording without characters that a figure cannot show."""
+    """Return a name from a recording for a figure, at most ``most`` characters.
+
+    Characters that the font lacks become codes such as "U+2603".
+    """
     glyphs = _glyphs()
     out = ""
     for character in " ".join(name[: 4 * most].split()):

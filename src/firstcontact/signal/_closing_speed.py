@@ -112,7 +112,10 @@ def closing_speed(
 def _line(
     along: NDArray[np.float64], x: NDArray[np.float64], resolution: float | None
 ) -> tuple[float, float] | None:
-    """Return the absolute slope of ``x`` over ``along``, and its standard error; or None."""
+    """Return the absolute slope of ``x`` over ``along``, and the slope's standard error.
+
+    Return None for fewer than 3 points. ``resolution`` is the step of ``x``, if known.
+    """
     if len(along) < FEWEST:
         return None
     t, x = along - along.mean(), x - x.mean()
@@ -135,7 +138,10 @@ def _reported(
     speeds: NDArray[np.float64],
     resolution: float | None,
 ) -> tuple[float, float] | None:
-    """Return the closing speed from the hand's reported speeds, m/s, and its standard error."""
+    """Return the closing speed, m/s, and its standard error, from speeds that the hand reports.
+
+    ``t`` are times before the contact, s, and ``x`` positions, m. Return None if there are too few.
+    """
     is_used = np.isfinite(speeds) & (t >= -HISTORY)
     t, x, v = t[is_used], x[is_used], speeds[is_used]
     # The path in the unit of the speeds, along which the positions are a line.
@@ -156,7 +162,7 @@ def _reported(
 
 
 def _few(freedom: int) -> float:
-    """Return the factor that enlarges an error from few positions (``freedom`` degrees)."""
+    """Return the factor that enlarges a standard error with ``freedom`` degrees of freedom."""
     # Not scipy.special: its import takes longer than the time from a contact to its estimate.
     if freedom == 1:
         return math.tan(math.pi * (BELOW_TWO - 0.5)) / 2

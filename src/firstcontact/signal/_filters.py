@@ -52,7 +52,7 @@ class ExponentialSmoothing:
         self._state: NDArray[np.float64] | None = None
 
     def update(self, x: NDArray[Any]) -> NDArray[np.float64]:
-        """Filter the next samples, shape (n, channels). Block sizes do not change the result."""
+        """Return the next samples filtered, shape (n, channels). Block sizes do not matter."""
         # scipy.signal takes 0.3 s to import, so the import waits until the first use.
         from scipy.signal import lfilter
 
@@ -87,7 +87,7 @@ class DeviceSmoothing:
             self._smoothing = ExponentialSmoothing(FINGERTIP_SMOOTHING, mask)
 
     def update(self, volts: NDArray[Any]) -> NDArray[Any]:
-        """Smooth the next samples. Input and output have the shape (n, channels)."""
+        """Return the next samples smoothed. Input and output have the shape (n, channels)."""
         return volts if self._smoothing is None else self._smoothing.update(volts)
 
 

@@ -32,7 +32,10 @@ LONGEST_AHEAD = 0.0005
 
 
 def lookahead(old: float, new: float) -> float:
-    """Return by how much :func:`resample` looks ahead, s; 0 for equal rates."""
+    """Return the time by which :func:`resample` looks ahead, s, from ``old`` to ``new`` Hz.
+
+    It is 0 for equal rates.
+    """
     if old == new:
         return 0.0
     ratio = _ratio(old, new)
@@ -40,7 +43,7 @@ def lookahead(old: float, new: float) -> float:
 
 
 def check_rates(old: float, new: float) -> None:
-    """Raise an InputError if samples cannot be resampled between these rates, Hz."""
+    """Raise ModelError if samples at ``old`` Hz cannot be resampled to ``new`` Hz."""
     if new > MOST_OF_ONE * old:
         raise ModelError(
             f"samples at {old:g} Hz cannot be resampled to {new:g} Hz, which is more than "
@@ -59,7 +62,11 @@ def _ratio(old: float, new: float) -> Fraction:
 
 @lru_cache(maxsize=16)
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
-    """Return the filter against aliasing, and its look-ahead in samples of the common rate."""
+    """Return the taps of the filter against aliasing, and the filter's look-ahead.
+
+    ``ratio`` is the new rate divided by ``old``, Hz. Taps and look-ahead are in samples of the
+    common rate, ``ratio.numerator * old``.
+    """
     from scipy.signal import firwin, minimum_phase
 
     if ratio == 1:  # for example 4936 Hz and a clock that is slightly off
@@ -83,7 +90,7 @@ class _Numbering:
 
     @classmethod
     def of(cls, pinch: Pinch, rate: float) -> Self:
-        """Return the conversion for a pinch that is resampled to a rate, Hz."""
+        """Return the conversion for a pinch that is resampled to ``rate``, Hz."""
         ratio = _ratio(pinch.layout.rate, rate)
         return cls(pinch.first_sample, round(pinch.first_sample * ratio), ratio)
 
@@ -192,7 +199,10 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
 def resample_contacts(
     contacts: Sequence[Contact | None], dataset: Dataset, rate: float
 ) -> list[Contact | None]:
-    """Convert the sample number of one contact per pinch (or None), as :func:`resample_dataset`."""
+    """Convert sample numbers of contacts to a new rate, Hz, as :func:`resample_dataset` does.
+
+    ``contacts`` has one contact per pinch of ``dataset``, or None.
+    """
     pairs = zip(contacts, dataset.pinches, strict=True)
     return [c and _Numbering.of(pinch, rate).contact(c) for c, pinch in pairs]
 
@@ -200,7 +210,7 @@ def resample_contacts(
 def restore_contacts(
     contacts: Sequence[Contact | None], dataset: Dataset, rate: float
 ) -> list[Contact | None]:
-    """Convert contacts back to the sample numbers before :func:`resample_contacts`."""
+    """Convert contacts from :func:`resample_contacts` back to sample numbers of ``dataset``."""
     out: list[Contact | None] = []
     for contact, pinch in zip(contacts, dataset.pinches, strict=True):
         if contact is not None:
@@ -254,7 +264,7 @@ class CausalResampler:
         self._next = 0  # number of the next output sample
 
     def number(self, sample: int) -> int:
-        """Return the number of the output sample nearest in time to input sample ``sample``."""
+        """Return the number of the output sample nearest in time to the input sample ``sample``."""
         since = sample - self._origin
         return self._new_origin + (2 * since * self._up + self._down) // (2 * self._down)
 

@@ -23,12 +23,16 @@ BASELINE_LEAST = 0.002
 
 
 def samples_in(duration: float, rate: float) -> int:
-    """Return the number of whole samples in a duration, rounded: 15 ms at 4936 Hz are 74."""
+    """Return the number of samples in a duration, s, rounded: 0.015 s at 4936 Hz give 74."""
     return round(duration * rate)
 
 
 class Conditioner:
-    """Filters for window models: smoothing, unless the device did it, and Savitzky-Golay."""
+    """Streaming filter for window models: the device's smoothing, then a Savitzky-Golay filter.
+
+    Channels that the device has smoothed already are not smoothed again. ``columns`` are the column
+    numbers of the data, by default those of all vibration channels.
+    """
 
     lookahead = SavitzkyGolay.lookahead
 
@@ -37,14 +41,18 @@ class Conditioner:
         self._savgol = SavitzkyGolay()
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Filter the next samples (n, channels). Return the new outputs, shape (m, channels)."""
+        """Filter the next samples, shape (n, channels). Return the outputs ready, (m, channels)."""
         return self._savgol.update(self._smoothing.update(volts))
 
 
 def cut_window(
     conditioned: NDArray[np.float64], start: int, length: int, rate: float
 ) -> NDArray[np.float32] | None:
-    """Cut one window, and subtract the mean of the quiet signal before it; None if impossible."""
+    """Cut a window from a filtered signal, and subtract the mean of the quiet signal before it.
+
+    ``conditioned`` is one channel, shape (samples,). The window has ``length`` samples from
+    ``start``, shape (length, 1). Return None if the signal is too short, constant or not finite.
+    """
     quiet_end = start - samples_in(BASELINE_GUARD, rate)
     quiet_start = max(0, quiet_end - samples_in(BASELINE, rate))
     if quiet_end - quiet_start < max(1, samples_in(BASELINE_LEAST, rate)):

@@ -11,9 +11,9 @@ import taxels
 import write_check
 import write_household
 import write_live
-import write_twin
 import write_out_of_range
 import write_tables as numbers
+import write_twin
 from pages import ROOT, name
 
 import forked

@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from firstcontact.cli.logs import logged
 from firstcontact.cli.main import main
+from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinDevice
 
 
@@ -108,7 +109,7 @@ def test_ports_are_listed_with_a_teensy_first(
 def test_asked_a_fingertip_answers_and_what_is_none_does_not(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    with TwinDevice() as twin:
+    with TwinDevice(TwinOptions()) as twin:
         plug(monkeypatch, info(twin.port), info(str(tmp_path / "gone")))
         assert main(["ports", "--ask"]) == 0
     output = capsys.readouterr().out

@@ -22,6 +22,7 @@ from firstcontact.device.opening import SourceOptions, source_kind
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
 from firstcontact.device.source import drain
+from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinDevice
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
@@ -43,7 +44,7 @@ def recording(tmp_path: Path) -> Path:
 
 @contextmanager
 def on_a_port() -> Iterator[str]:
-    with TwinDevice(seed=4) as device:
+    with TwinDevice(TwinOptions(seed=4)) as device:
         yield device.port
 
 

@@ -14,6 +14,7 @@ from twin_host import host
 from firstcontact.core import InputError
 from firstcontact.device.ports import LinkError
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinDevice
 from firstcontact.twin import TwinStream
 from processes import gone, stop
@@ -21,12 +22,12 @@ from processes import gone, stop
 
 @pytest.fixture
 def twin() -> Iterator[TwinDevice]:
-    with TwinDevice(seed=4, speed=20) as device:
+    with TwinDevice(TwinOptions(seed=4, speed=20)) as device:
         yield device
 
 
 def test_real_time_samples_and_markers_equal_the_stream() -> None:
-    with TwinDevice(seed=4) as device, host(device.port) as h:
+    with TwinDevice(TwinOptions(seed=4)) as device, host(device.port) as h:
         h.start(4 * 4936)
         end = h.stop()
         stream = TwinStream(seed=4)
@@ -49,7 +50,7 @@ def test_accelerated_twin_waits_for_a_stalled_host(twin: TwinDevice) -> None:
 
 
 def test_stalled_host_losses_are_counted_in_real_time() -> None:
-    with TwinDevice(seed=4) as twin, host(twin.port) as h:
+    with TwinDevice(TwinOptions(seed=4)) as twin, host(twin.port) as h:
         h.start(1000)
         # Looks elsewhere for longer than the device can keep.
         select.select([], [], [], 1.5)
@@ -82,8 +83,9 @@ def test_ctrl_c_does_not_reach_the_twin(twin: TwinDevice) -> None:
 
 PARENT = """
 import sys
+from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinDevice
-device = TwinDevice()
+device = TwinDevice(TwinOptions())
 print(device.pid, device.port, flush=True)
 sys.stdin.read()
 """
@@ -101,7 +103,7 @@ def test_twin_dies_with_a_killed_parent() -> None:
 
 
 def test_suspended_twin_is_closed() -> None:
-    device = TwinDevice(speed=20)
+    device = TwinDevice(TwinOptions(speed=20))
     stop(device.pid)
     device.close()
     assert gone(device.pid)
@@ -109,7 +111,7 @@ def test_suspended_twin_is_closed() -> None:
 
 
 def test_closed_twin_has_ended() -> None:
-    twin = TwinDevice(speed=20)
+    twin = TwinDevice(TwinOptions(speed=20))
     twin.close()
     twin.close()
     assert gone(twin.pid)
@@ -132,4 +134,4 @@ def test_closed_twin_has_ended() -> None:
 )
 def test_invalid_arguments_are_refused(arguments: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        TwinDevice(**arguments)  # type: ignore[arg-type]
+        TwinDevice(TwinOptions(**arguments))  # type: ignore[arg-type]

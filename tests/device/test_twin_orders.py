@@ -10,6 +10,7 @@ from twin_host import host
 
 from firstcontact.core import Command
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinDevice, TwinSource
 from firstcontact.device.twin_words import held_object, order_text, peak_text, read_order
 from firstcontact.twin import TwinStream
@@ -20,7 +21,7 @@ SPEED = 4
 
 @pytest.fixture
 def twin() -> Iterator[TwinDevice]:
-    with TwinDevice(seed=4, speed=20) as device:
+    with TwinDevice(TwinOptions(seed=4, speed=20)) as device:
         yield device
 
 
@@ -50,7 +51,7 @@ def test_each_invalid_order_is_answered_and_changes_nothing(twin: TwinDevice) ->
 def test_marks_are_not_orders() -> None:
     """A program or viewer that sets markers cannot move the hand."""
     with (
-        TwinDevice(seed=4, speed=SPEED, objects=["block 10", "apple 1"]) as device,
+        TwinDevice(TwinOptions(seed=4, speed=SPEED, objects=["block 10", "apple 1"])) as device,
         host(device.port) as h,
     ):
         h.start(1)
@@ -76,7 +77,7 @@ def test_marks_are_not_orders() -> None:
 
 def test_accelerated_twin_stays_close_to_its_reader() -> None:
     """If the twin ran ahead of a slow reader, a requested object would come late."""
-    with TwinSource(seed=4, speed=50) as source:
+    with TwinSource(TwinOptions(seed=4, speed=50)) as source:
         count = sum(len(a.block.data) for a in source.read(60.0))
         select.select([], [], [], 1.0)  # nobody reads: 50 s of the twin's time
         assert source.health.samples - count < 4936

@@ -12,6 +12,7 @@ from firstcontact.core import Command, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device import Arrival, Descriptor, Source
 from firstcontact.device.twin_hand import TwinHand
+from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinSource
 from firstcontact.device.twin_words import held_object
 from firstcontact.grasp import Hand, HandError
@@ -24,7 +25,7 @@ DEAD = 60.0
 
 @pytest.fixture(scope="module")
 def source() -> Iterator[TwinSource]:
-    with TwinSource(seed=4, speed=2) as source:
+    with TwinSource(TwinOptions(seed=4, speed=2)) as source:
         yield source
 
 
@@ -66,7 +67,10 @@ def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Han
 
 
 def test_the_twin_closes_when_it_is_asked() -> None:
-    with TwinSource(objects=["block 29"], seed=4, speed=2) as source, TwinHand(source) as hand:
+    with (
+        TwinSource(TwinOptions(objects=["block 29"], seed=4, speed=2)) as source,
+        TwinHand(source) as hand,
+    ):
         for _ in range(2):
             hand.start()
             markers = heard(source, lambda ms: any("peak" in m.text for m in ms))
@@ -76,7 +80,7 @@ def test_the_twin_closes_when_it_is_asked() -> None:
 
 
 def test_a_commanded_hand_squeezes_less() -> None:
-    with TwinSource(objects=["block 10"], seed=4) as source, TwinHand(source) as hand:
+    with TwinSource(TwinOptions(objects=["block 10"], seed=4)) as source, TwinHand(source) as hand:
         predictions: float | None = None
         while predictions is None:
             start = next_start(source)
@@ -95,7 +99,10 @@ def peak(marker: Marker) -> float:
 
 
 def test_its_positions_tell_the_closing_speed() -> None:
-    with TwinSource(objects=["block 29"], seed=4, speed=2) as source, TwinHand(source) as hand:
+    with (
+        TwinSource(TwinOptions(objects=["block 29"], seed=4, speed=2)) as source,
+        TwinHand(source) as hand,
+    ):
         source.read(DEAD)
         assert hand.closing_speed(0.0, math.nan) is None  # nothing moved before
         start = next_start(source)

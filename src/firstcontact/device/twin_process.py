@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,7 @@ from firstcontact.device.twin_words import (
     peak_text,
     read_order,
 )
+from firstcontact.twin.drive import LATENCY
 
 if TYPE_CHECKING:
     from firstcontact.twin.bench import BenchStream
@@ -37,32 +39,36 @@ if TYPE_CHECKING:
 TICK = 1e-3
 
 
+@dataclass(frozen=True, slots=True)
+class TwinOptions:
+    """Options of a simulated hand. ``fault`` names a fault of its fingertips on a bench."""
+
+    condition: str = "paper-rig"
+    objects: Sequence[str] | None = None
+    seed: int = 0
+    speed: float = 1.0
+    latency: float = LATENCY
+    fault: str = ""
+
+
 class TwinProcess(TerminalDevice):
-    def __init__(
-        self,
-        terminal: PseudoTerminal,
-        condition: str,
-        objects: Sequence[str] | None,
-        seed: int,
-        speed: float,
-        latency: float,
-        fault: str,
-    ) -> None:
+    def __init__(self, terminal: PseudoTerminal, options: TwinOptions) -> None:
         # Late, because its import takes a while.
         from firstcontact.twin import TwinStream
         from firstcontact.twin.bench import BenchStream
         from firstcontact.twin.sensor import DeviceFilter
 
         super().__init__(terminal)
-        self._rate = FINGERTIP_RATE * speed
-        self._waits = speed > 1.0
+        self._rate = FINGERTIP_RATE * options.speed
+        self._waits = options.speed > 1.0
         # A batch fills complete frames, and at most one batch is due per tick.
         self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
         # A twin that waits for the host needs no long ring. In a long ring, more markers would wait
         # than the queue of markers holds.
         ring = round(RING * (FINGERTIP_RATE if self._waits else self._rate))
         ring = max(ring, 2 * self._batch)
-        self._stream = TwinStream(condition, objects, seed, latency)
+        condition, seed, fault = options.condition, options.seed, options.fault
+        self._stream = TwinStream(condition, options.objects, seed, options.latency)
         self._filter = DeviceFilter()
         # Fingertips on a bench, with the fault, from the first order to their tester on.
         self._make_bench = partial(BenchStream, condition, seed, fault)
@@ -193,7 +199,7 @@ def main() -> None:
     with port_folder() as folder:
         terminal = PseudoTerminal(folder / "port")
         try:
-            twin = TwinProcess(terminal, **json.loads(sys.argv[1]))
+            twin = TwinProcess(terminal, TwinOptions(**json.loads(sys.argv[1])))
         except InputError as error:
             say(f"refused {error}")
             return

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import threading
-from collections.abc import Sequence
 from contextlib import suppress
-from functools import partial
+from dataclasses import asdict
 from pathlib import Path
 from typing import Self
 
@@ -16,8 +15,8 @@ from firstcontact.core.installation import load_compiled
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.twin_process import TwinOptions
 from firstcontact.jobs import Child
-from firstcontact.twin.drive import LATENCY
 
 #: Largest speed, as a multiple of real time. No host reaches it.
 FASTEST = 1e6
@@ -33,20 +32,10 @@ AHEAD = 0.25
 class TwinDevice:
     """Child process that simulates the twin on a pseudo terminal. Open its ``port``."""
 
-    def __init__(
-        self,
-        condition: str = "paper-rig",
-        objects: Sequence[str] | None = None,
-        seed: int = 0,
-        speed: float = 1.0,
-        latency: float = LATENCY,
-        fault: str = "",
-    ) -> None:
-        check_speed(speed, FASTEST)
-        options: dict[str, object] = {"condition": condition, "objects": objects, "seed": seed}
-        options |= {"speed": speed, "latency": latency, "fault": fault}
+    def __init__(self, options: TwinOptions) -> None:
+        check_speed(options.speed, FASTEST)
         self._lock = threading.Lock()
-        self._child = Child("firstcontact.device.twin_process", json.dumps(options))
+        self._child = Child("firstcontact.device.twin_process", json.dumps(asdict(options)))
         #: Path to open as a serial port.
         self.port = ""
         try:
@@ -115,28 +104,20 @@ class TwinDevice:
 class TwinSource(SerialSource):
     """Source for the twin. It starts a :class:`TwinDevice` and opens the device's port."""
 
-    def __init__(
-        self,
-        condition: str = "paper-rig",
-        objects: Sequence[str] | None = None,
-        seed: int = 0,
-        speed: float = 1.0,
-        latency: float = LATENCY,
-        fault: str = "",
-    ) -> None:
+    def __init__(self, options: TwinOptions) -> None:
         super().__init__("twin")
-        self._make = partial(TwinDevice, condition, objects, seed, speed, latency, fault)
+        self._options = options
         self.device: TwinDevice | None = None
-        self.speed = speed
-        self.twin_hand = condition, seed
-        if speed > 1.0:  # the device waits for the reader, so that orders take effect soon
+        self.speed = options.speed
+        self.twin_hand = options.condition, options.seed
+        if self.speed > 1.0:  # the device waits for the reader, so that orders take effect soon
             self.most = round(AHEAD * FINGERTIP_RATE)
 
     def positions_since(self, since: float) -> list[tuple[float, float]]:
         return [] if self.device is None else self.device.positions_since(since)
 
     def __enter__(self) -> Self:
-        self.device = self._make()
+        self.device = TwinDevice(self._options)
         self.port = self.device.port
         try:
             return super().__enter__()
@@ -155,9 +136,8 @@ class TwinSource(SerialSource):
 def from_name(name: str, options: SourceOptions) -> TwinSource:
     load_compiled("firstcontact.twin._compiled")
     check_speed(options.speed, FASTEST)  # before a model is trained
-    return TwinSource(
-        options.condition, [options.objects], options.seed, options.speed, fault=options.fault
-    )
+    values = {**asdict(options), "objects": [options.objects]}
+    return TwinSource(TwinOptions(**values))
 
 
 def shore_a(name: str) -> float:

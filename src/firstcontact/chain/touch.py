@@ -17,7 +17,7 @@ INPUTS, TRAITS, HINTS = 241, 16, 5
 
 
 class TouchConstants(NamedTuple):
-    """Numbers of ``fc_touch.h`` that the training reads, too."""
+    """Numbers of ``fc_touch.h`` and ``fc_gate.h`` that Python reads, too."""
 
     believed: float
     tip: float
@@ -25,6 +25,8 @@ class TouchConstants(NamedTuple):
     length: float
     linear: float
     noise: float
+    #: The motor runs if the RMS of a step exceeds the noise at rest by this factor.
+    running: float
 
 
 @cache

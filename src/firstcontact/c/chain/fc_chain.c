@@ -5,9 +5,6 @@
 #include "fc_assert.h"
 #include "fc_math.h"
 
-/* The motor runs if the RMS of a step exceeds the noise at rest by this factor. */
-static const double RUNNING = 1.4;
-
 static size_t room_of_detector(const fc_detector_constants *d)
 {
     return (size_t)(d->window > d->steady ? d->window : d->steady);
@@ -26,7 +23,7 @@ size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream)
     FC_ASSERT(image != NULL && stream != NULL);
     FC_ASSERT(stream->channels > 0 && stream->channels <= FC_CHANNELS_MOST);
     size_t most = 0;
-    for (int32_t k = 0; image->model.kind == FC_MODEL_SVM && k < image->model.moments; k++) {
+    for (int32_t k = 0; image->model.kind == FC_MODEL_SVM && k < image->model.sizes->moments; k++) {
         const size_t room = fc_svm_room(image->model.svm + k);
         most = room > most ? room : most;
     }
@@ -62,7 +59,7 @@ void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
     c->gate.rearm = t->rearm;
     c->gate.is_by_hand = stream->is_by_hand;
     for (int32_t k = 0; k < stream->channels; k++) {
-        const double limit = RUNNING * stream->floors[k];
+        const double limit = FC_RUNNING * stream->floors[k];
         c->gate.limit[k] = limit * limit;
     }
 }
@@ -206,11 +203,11 @@ int32_t fc_chain_due(const fc_chain *c, int32_t most)
         due = next - c->next;
     const bool is_estimating = c->has_first && !c->is_settled && m->kind != FC_MODEL_NONE;
     if (is_estimating && fc_estimates_final_from(c) - c->next < due
-        && (c->failed || c->predicted == m->moment[m->moments - 1]))
+        && (c->failed || c->predicted == m->moment[m->sizes->moments - 1]))
         due = fc_estimates_final_from(c) - c->next;
     if (c->is_waiting && c->first + c->image->timing->confirmed - c->next < due)
         due = c->first + c->image->timing->confirmed - c->next;
-    for (int32_t k = 0; is_estimating && k < m->moments; k++)
+    for (int32_t k = 0; is_estimating && k < m->sizes->moments; k++)
         if (m->moment[k] > c->predicted && c->first + m->moment[k] - c->next < due) {
             due = c->first + m->moment[k] - c->next;
             break;

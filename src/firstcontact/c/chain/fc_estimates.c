@@ -20,7 +20,7 @@ static int32_t moment_index(const fc_model *m, int32_t samples)
 static int32_t newest_moment(const fc_model *m, int64_t samples)
 {
     int32_t newest = 0;
-    for (int32_t k = 0; k < m->moments && m->moment[k] <= samples; k++)
+    for (int32_t k = 0; k < m->sizes->moments && m->moment[k] <= samples; k++)
         newest = m->moment[k];
     return newest;
 }
@@ -34,7 +34,7 @@ static void emit_estimate(fc_chain *c, int32_t samples, int32_t flags, int64_t k
     event.channel = c->channel;
     event.sample = c->first;
     event.known = known;
-    event.samples = samples - c->image->model.lookahead;
+    event.samples = samples - c->image->model.sizes->lookahead;
     event.estimate = *estimate;
     fc_chain_send(c, &event);
 }
@@ -50,7 +50,7 @@ void fc_estimates_settle(fc_chain *c, int64_t known, int32_t reason)
     const fc_model *const m = &c->image->model;
     const int64_t limit = c->has_second ? c->second - c->first : INT32_MAX;
     int32_t standing = 0;
-    for (int32_t k = 0; k < m->moments && m->moment[k] <= limit; k++)
+    for (int32_t k = 0; k < m->sizes->moments && m->moment[k] <= limit; k++)
         if (c->is_predicted[k])
             standing = m->moment[k];
     c->is_settled = true;
@@ -64,17 +64,17 @@ void fc_estimates_settle(fc_chain *c, int64_t known, int32_t reason)
 static bool begin_touch(fc_chain *c, int32_t *reason)
 {
     const fc_model *const m = &c->image->model;
-    const int64_t start = c->first - m->before;
+    const int64_t start = c->first - m->sizes->before;
     double baseline = 0.0;
     *reason = FC_TOO_EARLY;
     if (start < c->past.begin)
         return false;
     *reason = FC_NO_SIGNAL;
-    for (int64_t k = c->first - m->guard - m->baseline; k < c->first - m->guard; k++)
+    for (int64_t k = c->first - m->sizes->guard - m->sizes->baseline; k < c->first - m->sizes->guard; k++)
         baseline += fc_past_at(&c->past, c->channel, k);
-    baseline /= m->baseline;
+    baseline /= m->sizes->baseline;
     c->baseline = baseline;
-    for (int32_t k = 0; k < m->before; k++) {
+    for (int32_t k = 0; k < m->sizes->before; k++) {
         const double x = fc_past_at(&c->past, c->channel, start + k);
         if (!isfinite(x))
             return false;
@@ -94,7 +94,7 @@ static bool extend_touch(fc_chain *c)
         const double x = fc_past_at(&c->past, c->channel, c->first + t->samples);
         if (!isfinite(x))
             return false;
-        c->varies |= x != fc_past_at(&c->past, c->channel, c->first - c->image->model.before);
+        c->varies |= x != fc_past_at(&c->past, c->channel, c->first - c->image->model.sizes->before);
         fc_touch_take(t, (float)(x - c->baseline));
     }
     return true;
@@ -128,7 +128,7 @@ static int32_t predict(fc_chain *c, int32_t samples)
         const fc_estimate estimate = {(float)e.value, (float)e.low, (float)e.high, NAN, NAN, false};
         *out = estimate;
     } else if (c->program.predict != NULL) {
-        const int64_t oldest = c->first - m->before;
+        const int64_t oldest = c->first - m->sizes->before;
         const int64_t start = oldest > c->past.begin ? oldest : c->past.begin;
         const int32_t lead = (int32_t)(c->first - start);
         reason = c->program.predict(c->program.context, c, lead, samples, out);
@@ -149,7 +149,7 @@ static bool is_effort_spent(fc_chain *c, bool was_put_off)
     if (c->image->model.kind == FC_MODEL_PROGRAM || was_put_off)
         return false;
     if (c->image->model.kind == FC_MODEL_NETWORK && c->past.end - 1 == c->decided)
-        is_long |= begin_touch(c, &ignored) && c->touch.rig->has_pitch;
+        is_long |= begin_touch(c, &ignored) && c->touch.rig->counts->has_pitch;
     return is_long;
 }
 
@@ -195,7 +195,7 @@ void fc_estimates_compute(fc_chain *c, bool has_new_second)
     }
     if (is_due)
         c->failed = compute_estimate(c, moment, has_new_second);
-    const bool is_last = c->failed != FC_DONE || c->predicted == m->moment[m->moments - 1];
+    const bool is_last = c->failed != FC_DONE || c->predicted == m->moment[m->sizes->moments - 1];
     if (has_new_second || (is_last && newest + 1 >= fc_estimates_final_from(c)))
         fc_estimates_settle(c, newest, c->failed != FC_DONE ? c->failed : FC_SECOND_TOUCHED);
 }

@@ -14,6 +14,9 @@ enum {
     FC_GATE_STEPS = 13      /* steps over which rest and the settling of the motor are judged */
 };
 
+/* The motor runs if the RMS of a step exceeds the noise at rest by this factor. */
+#define FC_RUNNING 1.4
+
 typedef enum { FC_GATE_STAYS, FC_GATE_OPENS, FC_GATE_SHUTS, FC_GATE_SHUTS_AND_OPENS } fc_gate_turn;
 
 /* What the gate knows of the motor: nothing since a gap; at rest; starting; running. */

@@ -20,17 +20,8 @@ typedef struct {
     int32_t text_bytes, model_kind;
 } contents;
 
-typedef struct {
-    int32_t before, guard, baseline, moments, stages, rigs, pitch_samples, lookahead; /* as in fc_model */
-} model_sizes;
-
-typedef struct {
-    int32_t finger, has_level, has_pitch, has_speeds, pinches, unused; /* as in fc_rig */
-} rig_counts;
-
-typedef struct {
-    double level, sign, usual_pitch, usual_speed, speed_spread, heard_error, centre, unit; /* likewise */
-} rig_scales;
+/* Sizes of an image without a model. */
+static const fc_model_sizes NO_SIZES = {0};
 
 typedef struct {
     const uint8_t *bytes;
@@ -166,36 +157,24 @@ static const char *read_network(cursor *c, fc_network *n)
 
 static const char *read_rig(cursor *c, const fc_model *m, fc_rig *r)
 {
-    const rig_counts *const counts = take(c, 1, sizeof *counts);
-    const rig_scales *const s = (const rig_scales *)(const void *)doubles(c, sizeof *s / sizeof(double));
+    const fc_rig_counts *const has = r->counts = take(c, 1, sizeof *has);
+    const fc_rig_scales *const f = r->scales
+        = reals(c, sizeof *f / sizeof(double), sizeof(double), 1e100);
     if (c->is_cut)
         return CUT;
-    const int32_t rank = m->network.layers[FC_RIG_LAYER].into.rows, n = counts->pinches;
-    r->finger = counts->finger;
-    r->has_level = counts->has_level != 0;
-    r->has_pitch = counts->has_pitch != 0;
-    r->has_speeds = counts->has_speeds != 0;
-    r->pinches = n;
-    r->level = s->level;
-    r->sign = s->sign;
-    r->usual_pitch = s->usual_pitch;
-    r->usual_speed = s->usual_speed;
-    r->speed_spread = s->speed_spread;
-    r->heard_error = s->heard_error;
-    r->centre = s->centre;
-    r->unit = s->unit;
-    r->rig_terms = floats(c, (int64_t)m->stages * rank);
+    const int32_t rank = m->network.layers[FC_RIG_LAYER].into.rows, n = has->pinches;
+    r->rig_terms = floats(c, (int64_t)m->sizes->stages * rank);
     if (c->is_cut)
         return CUT;
-    if (!(r->level >= 1e-9 && r->level <= 1e9) || fabs(r->sign) != 1.0 || n < 0
-        || n > FC_PINCHES_MOST || largest(r->rig_terms, m->stages * rank) > 1e6
-        || (r->has_speeds && !(r->usual_speed > 0.0 && r->speed_spread > 0.0)))
+    if (!(f->level >= 1e-9 && f->level <= 1e9) || fabs(f->sign) != 1.0 || n < 0
+        || n > FC_PINCHES_MOST || largest(r->rig_terms, m->sizes->stages * rank) > 1e6
+        || (has->has_speeds && !(f->usual_speed > 0.0 && f->speed_spread > 0.0)))
         return WRONG;
-    if (r->has_pitch)
+    if (has->has_pitch)
         r->reference = floats(c, FC_LINES);
     if (n > 0)
         r->processes = (const uint8_t *)floats(
-            c, (int64_t)m->stages * (2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 2));
+            c, (int64_t)m->sizes->stages * (2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 2));
     return c->is_cut ? CUT : NULL;
 }
 
@@ -211,8 +190,8 @@ static const char *read_svm(cursor *c, const fc_model *m, int32_t samples, fc_sv
     for (size_t k = 0; k < sizeof scalars / sizeof *scalars; k++)
         if (!(fabs(scalars[k]) < 1e100))
             return WRONG;
-    if (n->guard < 0 || n->baseline < 1 || n->least < 1 || n->guard > m->before
-        || n->baseline > m->before - n->guard - FC_SVM_LOOKAHEAD || n->vectors < 0
+    if (n->guard < 0 || n->baseline < 1 || n->least < 1 || n->guard > m->sizes->before
+        || n->baseline > m->sizes->before - n->guard - FC_SVM_LOOKAHEAD || n->vectors < 0
         || n->class_count < 0 || n->class_count > FC_CLASSES_MOST || n->edges < -1
         || (n->is_logarithmic != 0 && (n->is_logarithmic != 1 || n->class_count > 0))
         || !(n->gamma > 0.0 && n->gamma < 1e20) || n->lowest > n->highest
@@ -237,51 +216,46 @@ static const char *read_svm(cursor *c, const fc_model *m, int32_t samples, fc_sv
    computes. */
 static const char *read_windows(cursor *c, fc_model *m)
 {
+    const fc_model_sizes *const size = m->sizes;
     const bool is_svm = m->kind == FC_MODEL_SVM;
     const char *fault = NULL;
-    if (m->before < 0 || m->before > FC_CAPACITY_MOST || m->lookahead < 0
-        || m->lookahead > FC_CAPACITY_MOST || m->moments < 1
-        || m->moments > (is_svm ? FC_SVMS_MOST : FC_MOMENTS_MOST)
-        || (is_svm && m->lookahead != FC_SVM_LOOKAHEAD))
+    if (size->before < 0 || size->before > FC_CAPACITY_MOST || size->lookahead < 0
+        || size->lookahead > FC_CAPACITY_MOST || size->moments < 1
+        || size->moments > (is_svm ? FC_SVMS_MOST : FC_MOMENTS_MOST)
+        || (is_svm && size->lookahead != FC_SVM_LOOKAHEAD))
         return WRONG;
-    m->moment = integers(c, m->moments);
+    m->moment = integers(c, size->moments);
     if (c->is_cut)
         return CUT;
-    if (!ascend(m->moment, m->moments, m->lookahead + 1, FC_CAPACITY_MOST))
+    if (!ascend(m->moment, size->moments, size->lookahead + 1, FC_CAPACITY_MOST))
         return WRONG;
-    for (int32_t k = 0; is_svm && fault == NULL && k < m->moments; k++)
+    for (int32_t k = 0; is_svm && fault == NULL && k < size->moments; k++)
         fault = read_svm(c, m, m->moment[k] - FC_SVM_LOOKAHEAD, m->svm + k);
     return fault;
 }
 
 static const char *read_model(cursor *c, fc_model *m)
 {
-    const model_sizes *const sizes = take(c, 1, sizeof *sizes);
-    if (sizes == NULL)
+    const fc_model_sizes *const size = m->sizes = take(c, 1, sizeof *size);
+    if (size == NULL)
         return CUT;
-    m->before = sizes->before;
-    m->guard = sizes->guard;
-    m->baseline = sizes->baseline;
-    m->moments = sizes->moments;
-    m->stages = sizes->stages;
-    m->rigs = sizes->rigs;
-    m->pitch.samples = sizes->pitch_samples;
-    m->lookahead = sizes->lookahead;
     if (m->kind != FC_MODEL_NETWORK)
         return read_windows(c, m);
-    if (m->lookahead != 0 || m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->guard > m->before
-        || m->baseline < 1 || m->baseline > m->before - m->guard || m->pitch.samples < 2 || m->pitch.samples > m->before
-        || m->moments < 1 || m->stages < 1 || m->rigs < 1 || m->rigs > FC_RIGS_MOST)
+    if (size->lookahead != 0 || size->before < 4 || size->before > FC_BEFORE_MOST || size->guard < 0
+        || size->guard > size->before || size->baseline < 1
+        || size->baseline > size->before - size->guard || size->pitch_samples < 2
+        || size->pitch_samples > size->before || size->moments < 1 || size->stages < 1
+        || size->rigs < 1 || size->rigs > FC_RIGS_MOST)
         return WRONG;
-    m->moment = integers(c, m->moments);
-    m->stage = integers(c, m->stages);
-    if (c->is_cut || !ascend(m->moment, m->moments, 2, FC_POINTS)
-        || !ascend(m->stage, m->stages, 1, FC_POINTS))
+    m->moment = integers(c, size->moments);
+    m->stage = integers(c, size->stages);
+    if (c->is_cut || !ascend(m->moment, size->moments, 2, FC_POINTS)
+        || !ascend(m->stage, size->stages, 1, FC_POINTS))
         return WRONG;
-    m->factors = doubles(c, m->stages);
-    m->familiar = floats(c, (int64_t)m->stages * FC_TRAITS);
-    m->whitening = floats(c, (int64_t)m->stages * FC_TRIANGLE);
-    m->limit = doubles(c, m->stages);
+    m->factors = doubles(c, size->stages);
+    m->familiar = floats(c, (int64_t)size->stages * FC_TRAITS);
+    m->whitening = floats(c, (int64_t)size->stages * FC_TRIANGLE);
+    m->limit = doubles(c, size->stages);
     const double *const step = doubles(c, 1);
     if (c->is_cut)
         return CUT;
@@ -289,6 +263,7 @@ static const char *read_model(cursor *c, fc_model *m)
     const char *fault = read_network(c, &m->network);
     if (fault != NULL)
         return fault;
+    m->pitch.samples = size->pitch_samples;
     m->pitch.sine = floats(c, FC_TURN / 4 + 1);
     m->pitch.fade = floats(c, m->pitch.samples);
     m->pitch.part = floats(c, FC_LINES);
@@ -297,9 +272,9 @@ static const char *read_model(cursor *c, fc_model *m)
         if (m->pitch.cell[k] < 0 || m->pitch.cell[k] >= FC_TURN / 2)
             return WRONG;
     bool has_any = false;
-    for (int32_t k = 0; fault == NULL && k < m->rigs; k++) {
+    for (int32_t k = 0; fault == NULL && k < size->rigs; k++) {
         fault = read_rig(c, m, m->rig + k);
-        has_any |= m->rig[k].finger < 0;
+        has_any |= m->rig[k].counts->finger < 0;
     }
     return fault != NULL ? fault : has_any ? NULL : WRONG;
 }
@@ -325,10 +300,10 @@ static bool is_long_enough(const fc_image *image)
     const fc_model *const m = &image->model;
     int32_t points = 0;
     if (m->kind != FC_MODEL_NONE)
-        points = m->kind == FC_MODEL_NETWORK ? 2 * FC_POINTS : m->moment[m->moments - 1];
+        points = m->kind == FC_MODEL_NETWORK ? 2 * FC_POINTS : m->moment[m->sizes->moments - 1];
     return image->detector->window <= capacity
            && image->detector->steady <= capacity - image->timing->age
-           && m->before + points <= capacity;
+           && m->sizes->before + points <= capacity;
 }
 
 static bool is_timing(const fc_timing *t)
@@ -367,6 +342,7 @@ const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
     image->rate = *rate;
     image->text_bytes = (uint32_t)has->text_bytes;
     image->model.kind = has->model_kind;
+    image->model.sizes = &NO_SIZES;
     if (!is_timing(image->timing) || !is_detector(image->detector) || has->text_bytes < 0
         || has->text_bytes > FC_IMAGE_TEXT || has->model_kind < FC_MODEL_NONE
         || has->model_kind > FC_MODEL_SVM)

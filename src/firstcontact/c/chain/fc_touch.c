@@ -13,8 +13,8 @@ static const double STILL = 0.5;
 const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger)
 {
     const fc_rig *rig = NULL;
-    for (int32_t k = 0; k < m->rigs; k++)
-        if (m->rig[k].finger == finger || (rig == NULL && m->rig[k].finger < 0))
+    for (int32_t k = 0; k < m->sizes->rigs; k++)
+        if (m->rig[k].counts->finger == finger || (rig == NULL && m->rig[k].counts->finger < 0))
             rig = m->rig + k;
     return rig;
 }
@@ -22,7 +22,7 @@ const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger)
 int32_t fc_touch_stage(const fc_model *m, int32_t n)
 {
     int32_t stage = 0;
-    while (stage < m->stages - 1 && m->stage[stage] < n)
+    while (stage < m->sizes->stages - 1 && m->stage[stage] < n)
         stage++;
     return stage;
 }
@@ -31,7 +31,7 @@ void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float 
                     fc_touch_room *room)
 {
     FC_ASSERT(t != NULL && m != NULL && before != NULL && room != NULL);
-    const int32_t quiet = m->before / 2;
+    const int32_t quiet = m->sizes->before / 2;
     double mean = 0.0, squares = 0.0;
     t->model = m;
     t->rig = fc_touch_rig(m, finger);
@@ -43,8 +43,8 @@ void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float 
     for (int32_t k = 0; k < quiet; k++)
         squares += (before[k] - mean) * (before[k] - mean);
     const double noise = sqrt(squares / quiet);
-    t->noise = fc_log((noise > 1e-7 ? noise : 1e-7) / t->rig->level);
-    if (t->rig->has_pitch) {
+    t->noise = fc_log((noise > 1e-7 ? noise : 1e-7) / t->rig->scales->level);
+    if (t->rig->counts->has_pitch) {
         float *const lines = room->spectrum + FC_TURN;
         int32_t shift;
         fc_spectrum(&m->pitch, before, room->spectrum, lines);
@@ -58,23 +58,25 @@ void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float 
 void fc_touch_hint(fc_touch *t, const fc_hints *hints)
 {
     FC_ASSERT(t != NULL && t->rig != NULL && hints != NULL);
-    const fc_rig *const rig = t->rig;
+    const fc_rig_counts *const has = t->rig->counts;
+    const fc_rig_scales *const usual = t->rig->scales;
     double speed = 0.0, alike = 0.0;
-    if (rig->has_pitch) {
-        speed = t->shift * t->model->pitch_step - rig->usual_pitch;
+    if (has->has_pitch) {
+        speed = t->shift * t->model->pitch_step - usual->usual_pitch;
         alike = fc_bounded(t->correlation, 0.0, 1.0);
     }
-    if (rig->has_speeds && hints->speed > 0.0) {
+    if (has->has_speeds && hints->speed > 0.0) {
         /* Posterior mean of ln(speed / usual): measurement, pitch and spread of the rig's speeds. */
         const double error = hints->error > LEAST_ERROR ? hints->error : LEAST_ERROR;
         const double precision = 1.0 / (error * error);
-        const double pitch_precision = alike > FC_BELIEVED && rig->heard_error > 0.0
-                                           ? 1.0 / (rig->heard_error * rig->heard_error) : 0.0;
+        const double pitch_precision = alike > FC_BELIEVED && usual->heard_error > 0.0
+                                           ? 1.0 / (usual->heard_error * usual->heard_error)
+                                           : 0.0;
         const double measured = hints->speed > 1e-6 ? hints->speed : 1e-6;
         const double weighted
-            = precision * fc_log(measured / rig->usual_speed) + pitch_precision * speed;
+            = precision * fc_log(measured / usual->usual_speed) + pitch_precision * speed;
         speed = weighted / (precision + pitch_precision
-                            + 1.0 / (rig->speed_spread * rig->speed_spread));
+                            + 1.0 / (usual->speed_spread * usual->speed_spread));
         alike = 1.0;
     }
     const bool has_radius = !isnan(hints->radius);
@@ -90,9 +92,9 @@ void fc_touch_take(fc_touch *t, float volts)
     FC_ASSERT(t != NULL && t->rig != NULL);
     if (t->samples == FC_POINTS)
         return;
-    const double v = t->rig->sign * (double)volts;
+    const double v = t->rig->scales->sign * (double)volts;
     /* A hard object on a soft rig gives many times the level. The logarithm bounds it. */
-    const double size = fc_log(1.0 + fabs(v) * (2.0 / t->rig->level)) / 2.0;
+    const double size = fc_log(1.0 + fabs(v) * (2.0 / t->rig->scales->level)) / 2.0;
     t->volts[t->samples] = v;
     t->scaled[t->samples++] = (float)(v < 0.0 ? -size : size);
 }
@@ -100,7 +102,7 @@ void fc_touch_take(fc_touch *t, float volts)
 double fc_touch_traits(const fc_touch *t, int32_t n, double *f)
 {
     FC_ASSERT(t != NULL && f != NULL && n > 1 && n <= t->samples);
-    const double *const v = t->volts, level = t->rig->level, least = LEAST * level;
+    const double *const v = t->volts, level = t->rig->scales->level, least = LEAST * level;
     double top = v[0], rise = 0.0, energy = 0.0, moment = 0.0, rough = 0.0, low = 1.0;
     int32_t at = 0, tenth = 0, half = 0, width = 0, flat = 0;
     for (int32_t k = 0; k < n; k++) {
@@ -177,7 +179,7 @@ void fc_touch_inputs(const fc_touch *t, int32_t n, float *x, double *traits)
 /* Return the arrays of the process at a stage. `n` is the number of pinches. */
 static fc_process process_at(const fc_rig *rig, int32_t stage)
 {
-    const int32_t n = rig->pinches, count = 2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 2;
+    const int32_t n = rig->counts->pinches, count = 2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 2;
     const float *const at = (const float *)(const void *)rig->processes + stage * count;
     const fc_process p = {
         at, at + FC_KNOWN, at + 2 * FC_KNOWN, at + 2 * FC_KNOWN + FC_KNOWN * n,
@@ -205,7 +207,7 @@ FC_WIDE static void kernel(const fc_process *p, const double *restrict x, int32_
 void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, double *value,
                         double *spread)
 {
-    const int32_t n = t->rig->pinches;
+    const int32_t n = t->rig->counts->pinches;
     const fc_process p = process_at(t->rig, stage);
     const float *row = p.factor;
     double x[FC_KNOWN], covariance[FC_PINCHES_MOST], apart[FC_PINCHES_MOST];
@@ -224,8 +226,9 @@ void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, 
         sum += covariance[i] * p.weights[i];
     }
     const double left = 2.0 + FC_LINEAR * square / FC_KNOWN - explained;
-    *value = fc_bounded(t->rig->centre + t->rig->unit * sum, 0.0, 100.0);
-    *spread = t->rig->unit * sqrt((left > 0.0 ? left : 0.0) + FC_NOISE) * p.scale;
+    const fc_rig_scales *const shore_a = t->rig->scales;
+    *value = fc_bounded(shore_a->centre + shore_a->unit * sum, 0.0, 100.0);
+    *spread = shore_a->unit * sqrt((left > 0.0 ? left : 0.0) + FC_NOISE) * p.scale;
 }
 
 /* Average a prediction with that of the regression, weighted by the inverse variances, and subtract
@@ -248,7 +251,7 @@ static bool is_unfamiliar(const fc_touch *t, int32_t stage, const double *traits
     const fc_model *const m = t->model;
     const float *row = m->whitening + stage * FC_TRIANGLE;
     double away[FC_TRAITS], distance = 0.0, share = 0.0, length = 0.0;
-    if (!t->rig->has_level && traits[FC_TRAIT_REPEATS] > 10.0 * STILL)
+    if (!t->rig->counts->has_level && traits[FC_TRAIT_REPEATS] > 10.0 * STILL)
         return true;
     for (int32_t k = 0; k < FC_TRAITS; k++)
         away[k] = traits[k] - m->familiar[stage * FC_TRAITS + k];
@@ -266,7 +269,7 @@ static bool is_unfamiliar(const fc_touch *t, int32_t stage, const double *traits
         share += y * gain;
         length += gain * gain;
     }
-    if (!t->rig->has_level) { /* the gain is unknown, so use the gain with the smallest distance */
+    if (!t->rig->counts->has_level) { /* the gain is unknown: use that of the smallest distance */
         distance -= share * share / (length > 1e-60 ? length : 1e-60);
         distance = distance > 0.0 ? distance : 0.0;
     }
@@ -283,7 +286,7 @@ bool fc_touch_predict(const fc_touch *t, int32_t n, fc_touch_room *room, fc_esti
     fc_touch_inputs(t, n, room->network.values, traits);
     fc_network_predict(&m->network, t->rig->rig_terms + stage * rank, &room->network, &value,
                        &spread);
-    if (t->rig->pinches > 0)
+    if (t->rig->counts->pinches > 0)
         refine(t, stage, traits, &value, &spread);
     const double half = spread * m->factors[stage];
     double sum = value + half; /* the network clips its inputs, so the traits are checked, too */

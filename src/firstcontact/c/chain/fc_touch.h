@@ -70,19 +70,29 @@ typedef struct {
     double offset;            /* Shore A by which the average reads blocks too hard */
 } fc_process;
 
-/* Rig that a model is conditioned on. */
+/* Whole numbers of a rig, as in the image. */
 typedef struct {
     int32_t finger;           /* number of the finger; -1 for all fingers without a rig of their own */
-    bool has_level;           /* true if the rig has pinches of known Shore A */
-    double level, sign;       /* typical peak of a contact, V, and sign of the largest swing */
-    bool has_pitch;
-    double usual_pitch;       /* median shift of the rig's contacts, ln(frequency) */
-    const float *reference;   /* spectrum of the motor (FC_LINES) */
-    bool has_speeds;
-    double usual_speed, speed_spread, heard_error; /* heard_error: error of the pitch, 0 if it is useless */
-    const float *rig_terms;   /* (stages, rank) */
+    int32_t has_level;        /* 1 if the rig has pinches of known Shore A */
+    int32_t has_pitch, has_speeds;
     int32_t pinches;          /* number of pinches of the regression; 0 without one */
-    double centre, unit;      /* mean and scale of the Shore A of these pinches */
+    int32_t unused;
+} fc_rig_counts;
+
+/* Other numbers of a rig, as in the image. */
+typedef struct {
+    double level, sign;       /* typical peak of a contact, V, and sign of the largest swing */
+    double usual_pitch;       /* median shift of the rig's contacts, ln(frequency) */
+    double usual_speed, speed_spread, heard_error; /* heard_error: error of the pitch, 0 if it is useless */
+    double centre, unit;      /* mean and scale of the Shore A of the regression's pinches */
+} fc_rig_scales;
+
+/* Rig that a model is conditioned on. */
+typedef struct {
+    const fc_rig_counts *counts;
+    const fc_rig_scales *scales;
+    const float *reference;   /* spectrum of the motor (FC_LINES) */
+    const float *rig_terms;   /* (stages, rank) */
     const uint8_t *processes; /* fc_process of each stage, one after the other */
 } fc_rig;
 
@@ -94,14 +104,21 @@ enum {
     FC_MODEL_SVM              /* one support vector machine for each moment */
 };
 
-/* Model that predicts at any time after a contact. Lengths are in samples. Only a model of the kind
-   FC_MODEL_NETWORK has the fields from `stage` on. */
+/* Lengths in samples and numbers of parts of a model, as in the image. Only a model of the kind
+   FC_MODEL_NETWORK has guard, baseline, stages and rigs. */
+typedef struct {
+    int32_t before;           /* signal before the contact */
+    int32_t guard, baseline;  /* baseline: length of the quiet signal that ends `guard` before the contact */
+    int32_t moments, stages, rigs;
+    int32_t pitch_samples;    /* see fc_pitch */
+    int32_t lookahead;        /* samples after a moment that the model's filter needs */
+} fc_model_sizes;
+
+/* Model that predicts at any time after a contact. Only a model of the kind FC_MODEL_NETWORK has the
+   fields from `stage` on. */
 typedef struct {
     int32_t kind;
-    int32_t before;           /* signal before the contact */
-    int32_t lookahead;        /* samples after a moment that the model's filter needs */
-    int32_t guard, baseline;  /* baseline: length of the quiet signal that ends `guard` before the contact */
-    int32_t moments, stages;
+    const fc_model_sizes *sizes;
     const int32_t *moment;    /* samples after the contact that each prediction needs, with lookahead */
     fc_svm svm[FC_SVMS_MOST]; /* of a model of the kind FC_MODEL_SVM, one for each moment */
     const int32_t *stage;     /* stages, ascending */
@@ -112,8 +129,7 @@ typedef struct {
     const double *limit;      /* distance from the mean above which a contact is out of range (stages) */
     fc_pitch pitch;
     double pitch_step;        /* distance of two points of the spectrum, ln(frequency) */
-    int32_t rigs;
-    fc_rig rig[FC_RIGS_MOST];
+    fc_rig rig[FC_RIGS_MOST]; /* (rigs) */
 } fc_model;
 
 /* Stiffness in the unit of the model's training: Shore A, or as the header of an export says. */
@@ -154,7 +170,7 @@ const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger);
    t       out
    m       in, which must outlive t
    finger  in, number of the finger; -1 for none
-   before  in, V, signal before the contact minus the baseline, (m->before)
+   before  in, V, signal before the contact minus the baseline, (m->sizes->before)
    room    out, room for work */
 void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float *before,
                     fc_touch_room *room);

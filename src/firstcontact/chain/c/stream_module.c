@@ -119,7 +119,7 @@ static int32_t on_predict(void *context, const fc_chain *c, int32_t lead, int32_
         memcpy(bytes + (size_t)k * sizeof volts, &volts, sizeof volts);
     }
     PyObject *const result = PyObject_CallFunction(
-        h->functions[PREDICT], "Oiiiddd", signal, lead, samples - c->image->model.lookahead,
+        h->functions[PREDICT], "Oiiiddd", signal, lead, samples - c->image->model.sizes->lookahead,
         (int)c->stream.finger[c->channel], hints->speed, hints->error, hints->radius);
     Py_DECREF(signal);
     if (result == NULL || result == Py_None) {

@@ -62,7 +62,7 @@ static const fc_model *take_contacts(rows *r, PyObject *const *args)
     if (held == NULL || held->image.model.kind != FC_MODEL_NETWORK)
         return refuse("the image has no model"), NULL;
     const fc_model *const m = &held->image.model;
-    if (!take_rows(r, args[1], args[2], m->before) || !take_row_array(r, args[3], 1, I32, false)
+    if (!take_rows(r, args[1], args[2], m->sizes->before) || !take_row_array(r, args[3], 1, I32, false)
         || !take_row_array(r, args[4], 1, F64, false) || !take_row_array(r, args[5], 1, F64, false)
         || !take_row_array(r, args[6], 1, F64, false))
         return NULL;
@@ -78,7 +78,7 @@ static void begin_contact(fc_touch *t, const fc_model *m, const rows *r, Py_ssiz
     fc_touch_begin(t, m, ((const int32_t *)r->views[2].buf)[i], signal, room);
     fc_touch_hint(t, &hints);
     for (int32_t k = 0; k < valid_of(r, i); k++)
-        fc_touch_take(t, signal[m->before + k]);
+        fc_touch_take(t, signal[m->sizes->before + k]);
 }
 
 /* predict(image, signals, valid, fingers, speeds, errors, radii, is_regression, out)
@@ -104,7 +104,7 @@ static PyObject *predict(PyObject *self, PyObject *const *args, Py_ssize_t n)
         const int32_t valid = valid_of(&r, i);
         fc_estimate e = {NAN, NAN, NAN, NAN, NAN, false};
         begin_contact(&touch, m, &r, i, &room);
-        if (is_regression && touch.rig->pinches > 0) {
+        if (is_regression && touch.rig->counts->pinches > 0) {
             double traits[FC_TRAITS];
             fc_touch_traits(&touch, valid, traits);
             fc_process_predict(&touch, fc_touch_stage(m, valid), traits, out, out + 4);
@@ -190,7 +190,8 @@ static PyObject *inputs(PyObject *self, PyObject *const *args, Py_ssize_t n)
     rows r = {.held = 0};
     fc_touch touch;
     fc_touch_room room;
-    fc_rig rig = {.finger = -1, .has_level = true};
+    const fc_rig_counts counts = {.finger = -1, .has_level = 1};
+    fc_rig_scales scales = {0};
     (void)self;
     if (!has(n, 8))
         return NULL;
@@ -205,12 +206,12 @@ static PyObject *inputs(PyObject *self, PyObject *const *args, Py_ssize_t n)
         release(r.views, r.held);
         return NULL;
     }
-    fc_model model = {.before = (int32_t)before, .rigs = 1};
+    const fc_model_sizes sizes = {.before = (int32_t)before, .rigs = 1};
+    const fc_model model = {.sizes = &sizes, .rig = {{.counts = &counts, .scales = &scales}}};
     for (Py_ssize_t i = 0; i < r.n; i++) {
         const float *const signal = signal_of(&r, i);
-        rig.level = value_of(&r, 2, i);
-        rig.sign = value_of(&r, 3, i);
-        model.rig[0] = rig;
+        scales.level = value_of(&r, 2, i);
+        scales.sign = value_of(&r, 3, i);
         fc_touch_begin(&touch, &model, -1, signal, &room);
         memcpy(touch.hints, (const double *)r.views[4].buf + i * FC_HINTS, sizeof touch.hints);
         for (int32_t k = 0; k < valid_of(&r, i); k++)
@@ -347,13 +348,14 @@ static PyObject *svm_outputs(PyObject *self, PyObject *const *args, Py_ssize_t n
     Py_RETURN_NONE;
 }
 
-/* constants(): numbers of fc_touch.h by name. */
+/* constants(): numbers of fc_touch.h and fc_gate.h by name. */
 static PyObject *constants(PyObject *self, PyObject *none)
 {
     (void)self;
     (void)none;
-    return Py_BuildValue("{sdsdsdsdsdsd}", "believed", FC_BELIEVED, "tip", FC_TIP, "largest", FC_LARGEST,
-                         "length", FC_LENGTH, "linear", FC_LINEAR, "noise", FC_NOISE);
+    return Py_BuildValue("{sdsdsdsdsdsdsd}", "believed", FC_BELIEVED, "tip", FC_TIP, "largest", FC_LARGEST,
+                         "length", FC_LENGTH, "linear", FC_LINEAR, "noise", FC_NOISE,
+                         "running", FC_RUNNING);
 }
 
 PyMethodDef TOUCH_FUNCTIONS[] = {

@@ -6,13 +6,14 @@ import atexit
 import logging
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, wait
 from functools import partial
 from math import inf
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Self
 
 from firstcontact.core import Command
 from firstcontact.core.text import summarize_error
-from firstcontact.grasp._driver import STUCK, DriverThread, call_directly
 from firstcontact.grasp.hand import (
     Hand,
     HandError,
@@ -26,6 +27,8 @@ from firstcontact.grasp.separate import ENDED, MUTE, RELEASED, SeparateHand
 if TYPE_CHECKING:
     from firstcontact.core import ClosingSpeed
 
+#: Longest wait for a call of the driver, s.
+STUCK = 1.0
 #: Longest wait of a signal handler for the watchdog thread, s.
 PROMPT = 0.1
 
@@ -325,3 +328,58 @@ class SafeHand(Hand):
 
 def _fail(error: BaseException) -> None:
     raise error
+
+
+class DriverThread:
+    """Thread that carries out calls in order. A call that blocks delays only later calls."""
+
+    def __init__(self) -> None:
+        self._calls: SimpleQueue[tuple[Callable[[], None], Future[None]] | None] = SimpleQueue()
+        self._thread: threading.Thread | None = None
+        self._newest: Future[None] | None = None
+
+    def call(self, act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
+        """Carry out a call, and return its error, or HandError after ``seconds`` s.
+
+        While an earlier call blocks, times up to ``RELEASED`` count as 0: this call is carried out
+        once that one returns.
+        """
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="hand driver", daemon=True)
+            self._thread.start()
+        is_stuck = self._newest is not None and not self._newest.done()
+        self._newest = done = Future[None]()
+        self._calls.put((act, done))
+        wait([done], 0.0 if is_stuck and seconds <= RELEASED else seconds)
+        if not done.done():
+            return HandError(
+                "the hand's code did not return in time: disconnect the hand's power if it does "
+                "not open"
+            )
+        return done.exception()
+
+    def end(self) -> None:
+        """End the thread after its last call."""
+        self._calls.put(None)
+
+    def _run(self) -> None:
+        while (job := self._calls.get()) is not None:
+            act, done = job
+            try:
+                act()
+            except BaseException as error:  # SystemExit would end this thread silently
+                done.set_exception(error)
+            else:
+                done.set_result(None)
+
+
+def call_directly(act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
+    """Carry out a call in this thread, and return its error. Interrupts are raised."""
+    try:
+        act()
+    except BaseException as error:
+        is_main = threading.current_thread() is threading.main_thread()
+        if is_main and not isinstance(error, Exception):  # such as Ctrl-C
+            raise
+        return error
+    return None

@@ -20,14 +20,9 @@ from distributed import LocalCluster
 from firstcontact.core import Dataset
 from firstcontact.jobs import Runner, parallel, use_cluster
 from firstcontact.models import Task
+from firstcontact.models.labelled_data import DURATION, LabelledWindows, labelled_windows
 from firstcontact.models.splits import by_session
-from firstcontact.models.training import (
-    DURATION,
-    LabelledWindows,
-    Question,
-    held_out,
-    labelled_windows,
-)
+from firstcontact.models.training import Question, held_out
 from firstcontact.twin import simulate
 
 

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset
 from firstcontact.models import Touches
+from firstcontact.models.labelled_data import LabelledTouches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig import network_estimator as conditioning
 from firstcontact.models.rig.rigs import Rig
-from firstcontact.models.training import LabelledTouches
 from firstcontact.twin import (
     CONDITIONS,
 )

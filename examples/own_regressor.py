@@ -12,7 +12,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
 
 import firstcontact as fc
-from firstcontact.models.training import LabelledTouches
+from firstcontact.models.labelled_data import LabelledTouches
 from firstcontact_lab.study.scores import predictions_by_time
 from firstcontact_lab.study.window_ladder import fit_window_ladder
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain import Chain, ChainEvent, Image, build_image
-from firstcontact.chain.image import (
+from firstcontact.chain.constants import (
     Constants,
     DetectorConstants,
     DetectorKind,

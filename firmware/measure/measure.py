@@ -30,8 +30,9 @@ from firstcontact.jobs import Serial
 from firstcontact.models import ESTIMATORS, Task, Touches, WindowModel, adapt
 from firstcontact.models.anytime import contact_signal
 from firstcontact.models.interval import Interval
+from firstcontact.models.labelled_data import labelled_windows
 from firstcontact.models.rig.rig_model import RigModel
-from firstcontact.models.training import labelled_windows, train_final_model
+from firstcontact.models.training import train_final_model
 from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.recording import load_dataset
 from firstcontact.twin import TwinStream

@@ -12,7 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.chain import EventKind, Flag, Reason
-from firstcontact.chain.image import DetectorConstants, DetectorKind
+from firstcontact.chain.constants import DetectorConstants, DetectorKind
 from firstcontact.signal import samples_in
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from detection_reference import Stream, Stretch
 from numpy.typing import NDArray
 
 from firstcontact.chain import Chain, build_image
-from firstcontact.chain.image import DetectorConstants, DetectorKind
+from firstcontact.chain.constants import DetectorConstants, DetectorKind
 from firstcontact.core import (
     Block,
     Calibration,

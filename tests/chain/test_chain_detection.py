@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from random_streams import RandomStream, random_stream
 
 from firstcontact.chain import Chain, ChainEvent, EventKind, build_image
-from firstcontact.chain.image import NO_DETECTOR, DetectorConstants, DetectorKind
+from firstcontact.chain.constants import NO_DETECTOR, DetectorConstants, DetectorKind
 from firstcontact.core import Block, Channel, ChannelKind, Finger, InputError, Layout
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstcontact.chain import EventKind, Flag, Image, build_image
-from firstcontact.chain.image import DetectorKind, Layer, Matrix, ModelConstants
+from firstcontact.chain.constants import DetectorKind, Layer, Matrix, ModelConstants
 from firstcontact.chain.touch import (
     HINTS,
     INPUTS,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstcontact.chain import ChainEvent, EventKind, Image, build_image
-from firstcontact.chain.image import DetectorKind
+from firstcontact.chain.constants import DetectorKind
 from firstcontact.core.layout import FINGERTIP_RATE
 from random_chains import FLOOR, Stream, python_events, random_detector, random_model
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import Matrix, ModelConstants, ProcessConstants, RigConstants
+from firstcontact.chain.constants import Matrix, ModelConstants, ProcessConstants, RigConstants
 
 Values = NDArray[np.float64]
 POINTS, LEAST, SHIFT, TURN, EACH = 74, 1e-4, 88, 512, 4

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firstcontact.chain import Chain, ChainEvent, EventKind, Flag, Image
-from firstcontact.chain.image import DetectorKind
+from firstcontact.chain.constants import DetectorKind
 from firstcontact.core import Block, Calibration, Finger, VibrationCalibration, fingertip_layout
 from firstcontact.device.descriptor import DeviceContact, DeviceEstimate, DevicePrediction
 from firstcontact.export.hand_image import HandImage

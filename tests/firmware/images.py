@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from firstcontact.chain import image
-from firstcontact.chain.image import DetectorKind
+from firstcontact.chain.constants import DetectorKind
 from random_chains import random_image
 
 #: Record of images.c for each image.

@@ -10,7 +10,7 @@ import pytest
 from firmware_build import need_arm
 
 from firstcontact.chain import EventKind, Image
-from firstcontact.chain.image import DetectorKind
+from firstcontact.chain.constants import DetectorKind
 from random_chains import MODELS, Stream, python_events, random_image, random_stream
 
 FIELDS = [name for name in building.EVENT.names or () if name not in ("instructions", "waited")]

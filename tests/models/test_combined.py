@@ -10,6 +10,7 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
+from firstcontact.models.labelled_data import LabelledTouches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig import combined, network_estimator
 from firstcontact.models.rig.combined import CombinedEstimator, adapt_combined
@@ -22,7 +23,6 @@ from firstcontact.models.rig.network_estimator import (
 from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.rig.rigs import Rig
 from firstcontact.models.touches import Touches
-from firstcontact.models.training import LabelledTouches
 from firstcontact.models.values import Values
 from firstcontact.recording import load_dataset
 from ringing import ringing

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.jobs import Serial
 from firstcontact.models import Task, load_model
-from firstcontact.models.training import LabelledWindows, train_final_model
+from firstcontact.models.labelled_data import LabelledWindows
+from firstcontact.models.training import train_final_model
 from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import save_window
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import Chain, EventKind, Image, build_image
 from firstcontact.chain.image import GATE_STEP
+from firstcontact.chain.touch import touch_constants
 from firstcontact.core import Block, Calibration, Dataset, Layout, Pinch, VibrationCalibration
 from firstcontact.recording import Recording
 from firstcontact.recording.dataset import cut
@@ -21,8 +22,6 @@ from firstcontact.signal import resample_dataset, samples_in
 
 #: Number of steps of the gate over which it judges rest and the settling of the motor.
 STEPS = 13
-#: The motor runs if the RMS of a piezo exceeds its noise floor by this factor.
-RUNNING = 1.4
 #: Least loudness of the contact relative to the motor before it. On the twin the factor is 12 or
 #: more. If the first rise is not the motor but the contact, later signals reach a factor of 2 at
 #: most.
@@ -39,8 +38,8 @@ RUNNING_OF_FEW = 2.0
 
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     """Return the noise floors of the fingers from pinches that begin at rest, else None."""
-    few = len(pinches) < FEW
-    starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]
+    running = RUNNING_OF_FEW if len(pinches) < FEW else touch_constants().running
+    starts = [start for p in pinches if (start := _start(p, running))]
     if not starts:
         return None
     rest_levels, motor = np.array(starts).swapaxes(0, 1)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firstcontact.chain import Chain, ChainEvent, EventKind, build_image
-from firstcontact.chain.image import DetectorKind
+from firstcontact.chain.constants import DetectorKind
 from firstcontact.contact.closing_start import closing_start
 from firstcontact.contact.detector import Detector, WindowDecisions
 from firstcontact.core import Block, Calibration, Contact, Layout, Pinch

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import DetectorConstants, DetectorKind
+from firstcontact.chain.constants import DetectorConstants, DetectorKind
 from firstcontact.contact.finder import LEAST_LOUD
 from firstcontact.core import Dataset, InputError, Layout, ModelError, Pinch
 from firstcontact.core.display import SKY

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import RESETTLED, SETTLED, DetectorConstants, DetectorKind
+from firstcontact.chain.constants import DetectorConstants, DetectorKind
+from firstcontact.chain.image import RESETTLED, SETTLED
 from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.detector import TrainedDetector, WindowSizes, spread_out, stored_array

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import DetectorConstants, DetectorKind
+from firstcontact.chain.constants import DetectorConstants, DetectorKind
 from firstcontact.contact.detector import Detector
 from firstcontact.core import Layout, ModelError
 from firstcontact.core.display import ORANGE

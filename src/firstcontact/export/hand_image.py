@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from firstcontact.chain import build_image
-from firstcontact.chain.image import (
-    SVMS_MOST,
+from firstcontact.chain.constants import (
     Constants,
     DetectorConstants,
     DetectorKind,
     ModelConstants,
     WindowConstants,
 )
+from firstcontact.chain.image import SVMS_MOST
 from firstcontact.contact import Detector
 from firstcontact.core import Calibration, Finger, ModelError, fingertip_layout
 from firstcontact.core.quantity import SHORE_A

@@ -26,6 +26,7 @@ from firstcontact.models.alignment import (
 from firstcontact.models.anytime import AnytimeModel
 from firstcontact.models.card import Digests, Target, TrainingData, pinch_digests
 from firstcontact.models.evaluation import Evaluation, GroupScores, Overlap
+from firstcontact.models.labelled_data import distinct_specimens, full_specimen, resampling_clusters
 from firstcontact.models.model import Model, load_model, require_dataset
 from firstcontact.models.model_file import SavedPredictor
 from firstcontact.models.predictions import Predictions
@@ -36,7 +37,6 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.touches import Touches
-from firstcontact.models.training import distinct_specimens, full_specimen, resampling_clusters
 from firstcontact.models.values import Values
 from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset

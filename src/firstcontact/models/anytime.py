@@ -12,7 +12,8 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import SVMS_MOST, Constants, WindowConstants
+from firstcontact.chain.constants import Constants, WindowConstants
+from firstcontact.chain.image import SVMS_MOST
 from firstcontact.core import ChannelKind, Contact, Dataset, Layout, ModelError, Pinch
 from firstcontact.core.physics import is_same_rate, parse_radius
 from firstcontact.core.quantity import SHORE_A, Quantity

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from firstcontact.core import ArgumentError, Contact, Dataset, Label
-from firstcontact.core.layout import FINGERTIP_WINDOW
+from firstcontact.core import ArgumentError
 from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
 from firstcontact.models.interval import Interval, conformal_interval, held_out_coverage, refusal
+from firstcontact.models.labelled_data import LabelledWindows
 from firstcontact.models.registry import ESTIMATORS, find_estimator, make_estimator
 from firstcontact.models.scores import (
     ClassificationScores,
@@ -23,193 +22,8 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.splits import Group, Split, by_session, inner_folds
-from firstcontact.models.touches import Touches
-from firstcontact.models.values import Task, Values, Windows
+from firstcontact.models.values import Task, Values
 from firstcontact.models.windows.window_model import WindowModel
-from firstcontact.signal import contact_windows
-
-#: Default length of a window, s.
-DURATION = FINGERTIP_WINDOW
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LabelledWindows:
-    """Windows (signals cut after contacts) with targets and groups. Arrays have a row per window.
-
-    Parameters
-    ----------
-    X
-        Windows in V, shape (n, samples, 1).
-    y
-        Target: Shore A, a hardness rank or a class, shape (n,).
-    sessions, specimens, objects
-        Session, specimen and object of each window, shape (n,).
-    test
-        True for windows of pinches with role "test", shape (n,).
-    rows
-        Position of each window's pinch in the dataset, shape (n,).
-    rate
-        Sampling rate of the windows, Hz.
-    """
-
-    X: Windows
-    y: Values
-    sessions: NDArray[np.str_]
-    specimens: NDArray[np.str_]
-    objects: NDArray[np.str_]
-    test: NDArray[np.bool_]
-    rows: NDArray[np.intp]
-    rate: float
-
-    def __len__(self) -> int:
-        return len(self.X)
-
-    @property
-    def has_sessions(self) -> bool:
-        """True if the windows come from two or more sessions and all of these have names."""
-        return _tells_apart(self.sessions)
-
-    @property
-    def named_sessions(self) -> NDArray[np.str_] | None:
-        """Name of the session of each window, shape (n,); None if any session has no name."""
-        return self.sessions if (self.sessions != "").all() else None
-
-    @property
-    def bootstrap_clusters(self) -> NDArray[np.str_]:
-        """Name of each window's cluster, a group that the bootstrap draws as a whole, shape (n,).
-
-        A cluster is a session, if there are two or more and all have names. Otherwise it is a
-        specimen, if there are two or more and all have names, and else a single pinch.
-        """
-        return resampling_clusters(self.sessions, self.specimens)
-
-    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
-        """Return the windows in these rows, given as positions or a boolean mask."""
-        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
-        return replace(self, **arrays)
-
-
-def resampling_clusters(
-    sessions: NDArray[np.str_], specimens: NDArray[np.str_]
-) -> NDArray[np.str_]:
-    """Return for each pinch the name of the group with which the bootstrap draws it.
-
-    It is a session, a specimen or a single pinch, see :attr:`LabelledWindows.bootstrap_clusters`.
-    """
-    for names in (sessions, specimens):
-        if _tells_apart(names):
-            return names
-    return np.arange(len(sessions)).astype(np.str_)
-
-
-def _tells_apart(names: NDArray[np.str_]) -> bool:
-    return len(np.unique(names)) > 1 and bool((names != "").all())
-
-
-def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
-    """Return a unique specimen name for each pinch, shape (pinches,)."""
-    labels = [pinch.label for pinch in dataset.pinches]
-    kinds: dict[str, set[tuple[str, ...]]] = {}
-    for label in labels:
-        kinds.setdefault(label.specimen, set()).add(_kind(label))
-    names = [
-        label.specimen if len(kinds[label.specimen]) == 1 else full_specimen(label)
-        for label in labels
-    ]
-    return np.array(names, dtype=np.str_)
-
-
-def full_specimen(label: Label) -> str:
-    """Return a specimen's name with its object and Shore A, unique over the data."""
-    return f"{label.specimen or 'unnamed'} ({', '.join(_kind(label)) or 'unknown'})"
-
-
-def _kind(label: Label) -> tuple[str, ...]:
-    level = "" if label.value is None else f"{label.value[1]:g}"
-    return tuple(s for s in (label.object, level) if s)
-
-
-def labelled_windows(
-    dataset: Dataset, contacts: Sequence[Contact | None], duration: float, target: Values
-) -> LabelledWindows:
-    """Return the windows of the pinches with a contact, a complete window and a target."""
-    return label_windows(dataset, *contact_windows(dataset, contacts, duration), target)
-
-
-def label_windows(
-    dataset: Dataset, X: Windows, has_window: NDArray[np.bool_], target: Values
-) -> LabelledWindows:
-    """Return the windows of :func:`firstcontact.signal.contact_windows` that have a target."""
-    has_target = np.isfinite(target[has_window])
-    positions = np.flatnonzero(has_window)[has_target]
-    return LabelledWindows(
-        X[has_target],
-        target[positions],
-        dataset.sessions[positions],
-        dataset.specimens[positions],
-        dataset.objects[positions],
-        dataset.test[positions],
-        positions,
-        dataset.layout.rate,
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LabelledTouches:
-    """Contacts with objects of known Shore A. Each array has one row per contact.
-
-    Parameters
-    ----------
-    touches
-        Signals of the contacts.
-    shore_a
-        Shore A of the object, shape (n,).
-    rows
-        Positions of their pinches in the dataset, shape (n,).
-    sessions, specimens
-        Session and specimen of each contact, "" if unnamed, shape (n,).
-    """
-
-    touches: Touches
-    shore_a: Values
-    rows: NDArray[np.intp]
-    sessions: NDArray[np.str_]
-    specimens: NDArray[np.str_]
-
-    def __len__(self) -> int:
-        return len(self.touches)
-
-    @classmethod
-    def cut(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
-        """Cut the contacts of pinches with a Shore A; ``contacts`` has each pinch's first one."""
-        touches, rows = Touches.cut(dataset, contacts)
-        labelled = np.isfinite(dataset.shore_a[rows])
-        rows = rows[labelled]
-        return cls(
-            touches.take(labelled),
-            dataset.shore_a[rows],
-            rows,
-            dataset.sessions[rows],
-            distinct_specimens(dataset)[rows],
-        )
-
-    def take(self, rows: NDArray[Any]) -> LabelledTouches:
-        """Return the contacts in these rows, given as positions or a boolean mask."""
-        arrays = [getattr(self, f.name)[rows] for f in fields(self)[1:]]
-        return LabelledTouches(self.touches.take(rows), *arrays)
-
-    @property
-    def named_sessions(self) -> NDArray[np.str_] | None:
-        """Session name of each contact; None if one has no name, or if there is one session."""
-        return self.sessions if _tells_apart(self.sessions) else None
-
-    @property
-    def bootstrap_clusters(self) -> NDArray[np.str_]:
-        """Name of each contact's cluster, a group that the bootstrap draws as a whole, shape (n,).
-
-        A cluster is a specimen, or a single pinch if the specimen has no name.
-        """
-        return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
 
 
 def fit_model(

@@ -12,9 +12,9 @@ from firstcontact.core.installation import require_extra
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.quantity import PHYSICAL
 from firstcontact.models.estimator import Estimator, EstimatorInfo
+from firstcontact.models.labelled_data import DURATION
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.registry import ESTIMATORS, find_estimator
-from firstcontact.models.training import DURATION
 from firstcontact.models.values import Task
 from firstcontact.recording.settings import given_rate
 from firstcontact.signal import samples_in

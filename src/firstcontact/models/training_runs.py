@@ -29,21 +29,19 @@ from firstcontact.models.alignment import (
 from firstcontact.models.anytime import AnytimeModel
 from firstcontact.models.card import Digests, Target, TrainingData, TrainingRecord, pinch_digests
 from firstcontact.models.estimator import AnytimeEstimator, Estimator
+from firstcontact.models.labelled_data import (
+    DURATION,
+    LabelledTouches,
+    LabelledWindows,
+    distinct_specimens,
+    labelled_windows,
+)
 from firstcontact.models.model import Model, require_dataset, shipped_model
 from firstcontact.models.model_file import SavedPredictor, pretrained
 from firstcontact.models.registry import find_estimator
 from firstcontact.models.rig.combined import CombinedEstimator
 from firstcontact.models.rig.network_estimator import NetworkEstimator
-from firstcontact.models.training import (
-    DURATION,
-    LabelledTouches,
-    LabelledWindows,
-    distinct_specimens,
-    interval_in_words,
-    labelled_windows,
-    scores_in_words,
-    train_final_model,
-)
+from firstcontact.models.training import interval_in_words, scores_in_words, train_final_model
 from firstcontact.models.training_plan import Plan, check_seed, has_shore_a, make_plan
 from firstcontact.models.values import Task
 from firstcontact.models.windows.window_predictor import WindowPredictor

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from firstcontact.chain import Chain, build_image
-from firstcontact.chain.image import DetectorKind
+from firstcontact.chain.constants import DetectorKind
 from firstcontact.chain.stream import Predict
 from firstcontact.contact import Detector
 from firstcontact.contact.closing_start import RecordedClosing, recorded_closings

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
+from firstcontact.models.labelled_data import LabelledWindows
 from firstcontact.models.scores import Ends, cluster_intervals
-from firstcontact.models.training import LabelledWindows
 from firstcontact_lab.study.rig_sets import Use
 
 Values = NDArray[np.float64]

@@ -13,8 +13,8 @@ from firstcontact.contact import DETECTORS
 from firstcontact.core import Contact, Dataset
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Windows
+from firstcontact.models.labelled_data import LabelledWindows, distinct_specimens, label_windows
 from firstcontact.models.rig.network_estimator import Adapted
-from firstcontact.models.training import LabelledWindows, distinct_specimens, label_windows
 from firstcontact.signal import contact_windows
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

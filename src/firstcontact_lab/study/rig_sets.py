@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
 from firstcontact.models import Touches
-from firstcontact.models.training import DURATION, LabelledWindows, labelled_windows
+from firstcontact.models.labelled_data import DURATION, LabelledWindows, labelled_windows
 from firstcontact.twin import BLOCKS, draw_pinch
 from firstcontact.twin.draw import Condition, PinchDraw, draw_specimen, generator
 from firstcontact.twin.mechanics import contact_stiffness

@@ -29,7 +29,8 @@ class Sets:
         require_modules("study", "jinja2")
         from firstcontact.recording import load_dataset
         from firstcontact_lab.report.tables import plain_lines
-        from firstcontact_lab.study.sets import find_sets, overview, run_sets
+        from firstcontact_lab.study.set_scores import find_sets
+        from firstcontact_lab.study.sets import overview, run_sets
 
         sets = find_sets(self.folder)
         twin = load_dataset(self.twin)

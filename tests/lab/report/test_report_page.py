@@ -21,7 +21,8 @@ from firstcontact_lab.study.part import Subject
 from firstcontact_lab.study.parts.contacts import contact_table
 from firstcontact_lab.study.parts.hardness import hardness_figure
 from firstcontact_lab.study.parts.inference import inference_table
-from firstcontact_lab.study.sets import SET, SetResults, sets_page
+from firstcontact_lab.study.set_scores import SetResults
+from firstcontact_lab.study.sets import SET, sets_page
 from partial import results, study_state, study_subject
 
 

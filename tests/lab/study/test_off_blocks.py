@@ -8,8 +8,8 @@ import pytest
 from firstcontact.core import Dataset
 from firstcontact.core.physics import gent_modulus
 from firstcontact.jobs import Serial
+from firstcontact.models.labelled_data import LabelledWindows
 from firstcontact.models.registry import window_estimators
-from firstcontact.models.training import LabelledWindows
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study.comparison import MASKED, NETWORK, Competitor, Query, answer
 from firstcontact_lab.study.off_blocks import Answered, score_off_blocks

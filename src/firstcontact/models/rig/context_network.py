@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import Layer, Matrix
+from firstcontact.chain.constants import Layer, Matrix
 from firstcontact.chain.touch import INPUTS, TRAITS
 from firstcontact.core import ModelError
 from firstcontact.core.weights import LARGEST, take_array

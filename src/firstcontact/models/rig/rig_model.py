@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain import Image, build_image
-from firstcontact.chain.image import LINES, ModelConstants, RigConstants
+from firstcontact.chain.constants import ModelConstants, RigConstants
+from firstcontact.chain.image import LINES
 from firstcontact.chain.touch import predict_touches, rig_inputs
 from firstcontact.core import Contact, Dataset, Finger, ModelError
 from firstcontact.core.layout import FINGERTIP_RATE

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain import touch
-from firstcontact.chain.image import LINES, TURN, ProcessConstants
+from firstcontact.chain.constants import ProcessConstants
+from firstcontact.chain.image import LINES, TURN
 from firstcontact.chain.touch import HINTS, INPUTS, TRAITS, touch_constants, touch_inputs
 from firstcontact.core import ArgumentError, ModelError
 from firstcontact.core.weights import take_array

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain import Image, build_image
-from firstcontact.chain.image import SvmConstants, WindowConstants
+from firstcontact.chain.constants import SvmConstants, WindowConstants
 from firstcontact.chain.touch import svm_outputs
 from firstcontact.core.display import BLUE
 from firstcontact.core.kernel import RbfKernel

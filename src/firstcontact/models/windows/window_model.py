@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import SvmConstants
+from firstcontact.chain.constants import SvmConstants
 from firstcontact.core import ModelError
 from firstcontact.core.physics import is_same_rate
 from firstcontact.models.values import Arrays, Task, Values, Windows

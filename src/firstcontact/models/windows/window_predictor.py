@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain import Image, build_image
-from firstcontact.chain.image import WindowConstants
+from firstcontact.chain.constants import WindowConstants
 from firstcontact.chain.touch import predict_window
 from firstcontact.core import Layout, ModelError
 from firstcontact.core.quantity import SHORE_A, Quantity

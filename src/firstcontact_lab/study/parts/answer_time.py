@@ -8,7 +8,7 @@ import numpy as np
 from msgspec.structs import asdict
 
 from firstcontact.core import Contact, Dataset, Pinch, Record
-from firstcontact.models.training import DURATION
+from firstcontact.models.labelled_data import DURATION
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import Conditioner
 from firstcontact_lab.report.findings import PartResult, missing

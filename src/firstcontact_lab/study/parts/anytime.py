@@ -14,12 +14,12 @@ from firstcontact.core.physics import is_same_rate
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Predictions, Touches
+from firstcontact.models.labelled_data import LabelledTouches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.rig.network_estimator import Adapted, NetworkEstimator, rig_estimators
 from firstcontact.models.scores import Ends, regression_scores
 from firstcontact.models.splits import Split, by_session
-from firstcontact.models.training import LabelledTouches
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing

@@ -15,6 +15,7 @@ from firstcontact.core.records import ByName
 from firstcontact.core.text import percent
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Task
+from firstcontact.models.labelled_data import DURATION, LabelledWindows
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.scores import (
     Ends,
@@ -24,7 +25,7 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.splits import Split, by_session, leave_one_out
-from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
+from firstcontact.models.training import Question, held_out
 from firstcontact.models.values import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from firstcontact.core import ChannelKind, Pinch, Record
 from firstcontact.core.display import BLUE, GREY, INK, RED
 from firstcontact.core.text import percent
-from firstcontact.models.training import DURATION, distinct_specimens
+from firstcontact.models.labelled_data import DURATION, distinct_specimens
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri

@@ -13,8 +13,8 @@ from firstcontact.core import FileError, Record
 from firstcontact.core.files import read_regular
 from firstcontact.core.records import LONGEST, Name, read_record
 from firstcontact.models import Touches
+from firstcontact.models.labelled_data import LabelledTouches
 from firstcontact.models.scores import Ends, regression_scores
-from firstcontact.models.training import LabelledTouches
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.models.values import Values
 from firstcontact_lab.report import names

@@ -20,9 +20,10 @@ from firstcontact.core.text import counted
 from firstcontact.jobs import Runner
 from firstcontact.jobs.runners import one_thread
 from firstcontact.models import ESTIMATORS, Task, Touches, WindowModel
+from firstcontact.models.labelled_data import DURATION, LabelledTouches, LabelledWindows
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.registry import window_estimators
-from firstcontact.models.training import DURATION, LabelledTouches, LabelledWindows, fit_model
+from firstcontact.models.training import fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing

@@ -12,6 +12,7 @@ from firstcontact.core import Dataset, Record
 from firstcontact.core.records import ByName
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Task
+from firstcontact.models.labelled_data import DURATION, LabelledWindows
 from firstcontact.models.scores import (
     RegressionScores,
     SpecimenErrors,
@@ -19,7 +20,7 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.splits import Group, Split
-from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
+from firstcontact.models.training import Question, held_out
 from firstcontact.models.values import Values
 from firstcontact.plots.style import figure_label
 from firstcontact_lab.report import names

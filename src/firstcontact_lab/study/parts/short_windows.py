@@ -11,9 +11,10 @@ from firstcontact.core.display import BLUE, GREY, ORANGE, RED
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Task, Touches
+from firstcontact.models.labelled_data import DURATION, LabelledWindows
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.splits import leave_one_out
-from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
+from firstcontact.models.training import Question, held_out
 from firstcontact.models.values import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing

@@ -15,9 +15,10 @@ from firstcontact.jobs import Runner
 from firstcontact.models import Task, Touches
 from firstcontact.models.alignment import TOLERANCE, detect_alignment
 from firstcontact.models.interval import held_out_coverage
+from firstcontact.models.labelled_data import LabelledWindows, labelled_windows
 from firstcontact.models.scores import RegressionScores, regression_scores
 from firstcontact.models.splits import Group, Split, leave_one_out
-from firstcontact.models.training import LabelledWindows, Question, held_out, labelled_windows
+from firstcontact.models.training import Question, held_out
 from firstcontact.models.values import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Record
 from firstcontact.core.display import INK
-from firstcontact.models.training import DURATION, LabelledWindows
+from firstcontact.models.labelled_data import DURATION, LabelledWindows
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, shades, uri, vibration_unit

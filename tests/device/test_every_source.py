@@ -17,7 +17,7 @@ from scipy.io import wavfile
 
 from firstcontact.core import Block, InputError, fingertip_layout
 from firstcontact.core.installation import load_compiled
-from firstcontact.device import SOURCES, Arrival, SourceKind, open_source
+from firstcontact.device import SOURCES, Arrival, Source, SourceKind, open_source
 from firstcontact.device.opening import SourceOptions, source_kind
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
@@ -174,3 +174,8 @@ def test_a_twin_without_compiled_code_is_refused(monkeypatch: pytest.MonkeyPatch
     load_compiled.cache_clear()
     with pytest.raises(InputError, match="compiled functions"):
         open_source("twin")
+
+
+def test_a_source_with_the_old_name_of_is_replay_is_refused() -> None:
+    with pytest.raises(TypeError, match="rename it to is_replay"):
+        type("Old", (Source,), {"recorded": True})

@@ -153,6 +153,10 @@ class Source(ABC):
     can_poll: bool = False
     twin_hand: tuple[str, int] | None = None
 
+    def __init_subclass__(cls) -> None:
+        if hasattr(cls, "recorded"):
+            raise TypeError(f"{cls.__name__}.recorded has no effect: rename it to is_replay")
+
     @property
     @abstractmethod
     def name(self) -> str:

@@ -35,6 +35,8 @@ YIELD = 0.715
 LAWS, STRAINS = ("sls", "elastic"), ("small", "large", "stick")
 #: Longest touch, s.
 LONGEST = 0.1
+#: Largest file, unpacked.
+MOST_BYTES = 100_000_000
 _REMEDY = "see docs/explanation/study-protocol.md"
 
 
@@ -42,6 +44,8 @@ def compare_file(path: Path) -> dict[str, Comparison]:
     """Compare the twin with each touch of a file, by the name of the touch."""
     with library_errors(path, "an NPZ of plain arrays", _REMEDY), open_regular(path) as stream:
         archive = np.load(stream, allow_pickle=False)
+        if sum(part.file_size for part in archive.zip.infolist()) > MOST_BYTES:
+            raise FileError(f"{path} has more than {MOST_BYTES:,} bytes unpacked: {_REMEDY}")
         arrays = {
             name: np.asarray(archive[name], float)
             for name in archive.files

@@ -10,7 +10,7 @@ from firstcontact.core import FileError
 from firstcontact_lab.continuum.bodies import Material, sphere
 from firstcontact_lab.continuum.comparison import twin_touch
 from firstcontact_lab.continuum.touch import touch
-from firstcontact_lab.continuum.waveforms import compare_file, touching
+from firstcontact_lab.continuum.waveforms import MOST_BYTES, compare_file, touching
 
 TIMES = np.arange(0.0, 0.0165, 1e-5)
 NAME = "block-29-rigid-sls-small"
@@ -86,3 +86,11 @@ def test_a_file_that_is_no_archive_is_refused(tmp_path: Path) -> None:
     for name in (path, tmp_path / "none.npz", tmp_path):
         with pytest.raises(FileError, match=str(name)):
             compare_file(name)
+
+
+def test_a_small_file_that_unpacks_to_a_large_one_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "touches.npz"
+    large = np.zeros(MOST_BYTES // 8)
+    np.savez_compressed(path, **{f"{NAME}/t": large})
+    with pytest.raises(FileError, match="bytes unpacked"):
+        compare_file(path)

@@ -274,7 +274,7 @@ static const char *read_model(cursor *c, fc_model *m)
     bool has_any = false;
     for (int32_t k = 0; fault == NULL && k < size->rigs; k++) {
         fault = read_rig(c, m, m->rig + k);
-        has_any |= m->rig[k].counts->finger < 0;
+        has_any |= fault == NULL && m->rig[k].counts->finger < 0;
     }
     return fault != NULL ? fault : has_any ? NULL : WRONG;
 }

@@ -50,7 +50,10 @@ def test_the_command_writes_one_page_without_links(tmp_path, capsys) -> None:
     out = tmp_path / "check.html"
     options = ["--speed", "20", "--drift", "0", "--fault", "polarity", "--out", str(out)]
     assert main(["check", "--device", "twin", *options]) == 1
-    assert "polarity" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "polarity" in printed
+    assert "jitter is not measured" in printed
+    assert "`calibrate` measures another pair" in printed
     page = out.read_text()
     assert "The disc lies on its wrong face" in page
     assert "<svg" in page

@@ -255,3 +255,4 @@ def test_an_estimate_out_of_range_is_as_none(hand: PrintHand) -> None:
         for event in (START, FIRST_EVENT, odd, replace(odd, final=True)):
             grasping.on_event(event)
     assert (grasping.loop.counts.estimates, grasping.loop.counts.unused) == (0, 1)
+    assert "no usable estimate" in "".join(grasping.lines())

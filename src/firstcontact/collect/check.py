@@ -69,6 +69,8 @@ def check_fingertips(
     layout = source.descriptor.layout
     if is_tapped(layout):
         raise DeviceError(f"{source.name} has no fingertips to check: give the device of a hand")
+    if source.twin_hand is not None:
+        say("simulated fingertips with varied parts: `calibrate` measures another pair")
     steps = _Steps(source, say)
     rest = steps.samples(f"{REST:g} s of rest: {rest_request(layout)}", "rest", REST)
     measured = Measured(layout, rest)
@@ -91,6 +93,8 @@ def check_fingertips(
         measured.drift = np.array([x[:, vibration].mean(axis=0) for x in seconds])
     if source.speed == 1.0 and not source.is_replay:
         measured.delays = np.concatenate(steps.delays)
+    else:
+        say("jitter is not measured: the samples must arrive in real time (speed 1)")
     measured.lost = source.health.lost_samples
     measured.samples = source.health.samples
     return measured, judge(measured)

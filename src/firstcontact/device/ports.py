@@ -143,7 +143,7 @@ def port_names(port: str) -> set[str]:
 def _opening_error(port: str, error: Exception) -> str:
     code = error.errno if isinstance(error, OSError) else None
     if code == errno.ENOENT:
-        return f"there is no port {port}: see `firstcontact ports`, or use --device twin"
+        return f"there is no port {port}: see `firstcontact ports`"
     if code in (errno.EACCES, errno.EPERM):
         return (
             f"you may not open the port {port}: add yourself to its group (on Debian: "

@@ -359,10 +359,10 @@ class Grasping:
             lines.append(f"{withdrawn} withdrawn: the hand went on closing")
         if real_time:
             lines.append(
-                f"the hand used an estimate of {counted(counts.estimates, 'contact')}, within the "
-                f"policy's time limit and before the second contact; of {counts.overtaken} within "
-                f"the limit, but after the second contact; {counts.misses} had none within the "
-                f"limit; {counts.unused} estimates were not used: past the limit, or out of range"
+                f"the hand used an estimate after {counted(counts.estimates, 'contact')}, within "
+                "the policy's time limit and before the second contact; after "
+                f"{counts.overtaken} within the limit, but after the second contact; "
+                f"{counts.misses} had no usable estimate within the limit"
             )
         if self.slips:
             lines.append(f"{self.slips} slip signals: new slips, and slips that went on")

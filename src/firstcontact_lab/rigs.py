@@ -1,4 +1,4 @@
-"""Random rigs and objects, on which the network is trained so that it suits any rig.
+"""Random simulated rigs and objects, to pre-train a network that suits any rig.
 
 Their distribution is wide, and is centred on a hand that differs from the twin's. The limits of the
 distribution come from mechanics and electronics. No limit was tuned on a score. Each of the
@@ -190,7 +190,10 @@ def draw_rig(rng: Rng) -> RandomRig:
 
 
 def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig with a random gain that puts a hard block's peak into the range ``PEAK``."""
+    """Return the rig with a random gain.
+
+    The peak of a hard block then lies in the range ``PEAK``.
+    """
     quiet = replace(
         rig,
         finger=rig.finger._replace(gain=1.0),
@@ -203,7 +206,7 @@ def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def draw_day(rng: Rng) -> Day:
-    """Draw how far each parameter of a rig differs in one session, in standard deviations."""
+    """Draw the deviation of each parameter of a rig in one session, in standard deviations."""
     return {name: float(rng.standard_normal()) for name in SESSION_SPREAD}
 
 
@@ -254,7 +257,10 @@ def draw_object(rng: Rng) -> RandomObject:
 def touch(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
-    """Simulate one contact. Return its signal in 1/32 ADC counts, and the closing speed, m/s."""
+    """Simulate one contact. Return its signal in 1/32 ADC counts, and the closing speed, m/s.
+
+    The signal begins ``lead`` s before the contact and ends ``tail`` s after it.
+    """
     volts, speed = touch_volts(rig, day, target, rng, lead, tail)
     return piezo_samples(volts), speed
 
@@ -298,7 +304,7 @@ def _scattered(rng: Rng, scatter: float) -> float:
 
 
 def _padded(finger: FingerParameters, factor: float) -> FingerParameters:
-    """Return the finger with all stiffness and damping of its pad multiplied by a factor."""
+    """Return the finger with the stiffness and damping of its pad multiplied by ``factor``."""
     return finger._replace(**{name: getattr(finger, name) * factor for name in PAD})
 
 
@@ -310,7 +316,7 @@ def _block(
 
 
 def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object with random times and strengths of its relaxation."""
+    """Return the object with random time constants and strengths of its relaxation."""
     return target._replace(
         arm_share=target.arm_share * _between(rng, 0.75, 1.33),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),

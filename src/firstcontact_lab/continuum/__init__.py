@@ -1,1 +1,1 @@
-"""Touches computed with finite elements, which check the simpler mechanics of the twin."""
+"""Finite-element simulations of a finger that touches an object. They check the simpler twin."""

@@ -67,10 +67,10 @@ class Body:
 
     @cached_property
     def _slopes(self) -> tuple[Values, Values]:
-        """Strains of each element per node displacement, and volumes of its 4 points, m³.
+        """Return the strains of each element per node displacement, and its 4 point volumes, m³.
 
-        The strains (elements, 4 points, 4 strains, 8) are radial, axial, hoop and shear. The
-        volumes have the shape (elements, 4).
+        The strains, shape (elements, 4 integration points, 4 strains, 8 displacements), are radial,
+        axial, hoop and shear. The volumes have the shape (elements, 4).
         """
         corners = self.nodes[self.quads]
         x, y = _POINTS.T[:, :, None]
@@ -120,7 +120,7 @@ class Body:
 
     @cached_property
     def areas(self) -> Values:
-        """Share of the touched face that belongs to each of its nodes, as an area in m²."""
+        """Area of the touched face, m², divided among the nodes of this face."""
         return _ring_areas(self.nodes[self.surface, 0])
 
     @property
@@ -129,9 +129,10 @@ class Body:
         return float(self.nodes[self.surface[1], 0])
 
     def back(self) -> tuple[Indices, Values]:
-        """Return the nodes of the face opposite to the touched one, and their shares of its area.
+        """Return (displacement indices, area shares) of the nodes on the far face.
 
-        A node is given by the index of its height among all displacements. The shares add up to 1.
+        This face lies opposite to the touched one. Each index is that of a node's displacement in
+        height, in a vector of all displacements. The shares add up to 1.
         """
         nodes = np.flatnonzero(self.nodes[:, 1] > self.nodes[:, 1].max() - 1e-9)
         areas = _ring_areas(self.nodes[nodes, 0])

@@ -1,4 +1,4 @@
-"""Comparison of touches simulated by the twin and by finite elements, with equal parameters."""
+"""Comparison of the same touch, simulated by the twin and by finite elements."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ class Comparison:
 
 
 def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = False) -> Comparison:
-    """Compare the touch of an object by the twin and by finite elements.
+    """Simulate the touch of a finger on the object ``kind`` with the twin and with finite elements.
 
-    The tip is the soft pad on its dimples. With ``is_rigid`` it is a rigid sphere in front of the
-    pad, which is then a single spring as in the twin.
+    In the finite elements, the fingertip is the soft pad on its dimples. With ``is_rigid`` it is a
+    rigid sphere in front of the pad, and the pad is a single spring as in the twin.
     """
     if is_rigid:
         finger = finger._replace(pad_modulus=1e15)
@@ -93,23 +93,27 @@ def object_body(kind: TwinObject, size: float = SIZE) -> Body:
 
 
 def pad_body(finger: FingerParameters, size: float = SIZE) -> Body:
-    """Return the mesh of the pad: a disc of the same area, with the relaxation of a block."""
+    """Return the mesh of a finger's pad: a disc of the same area and thickness.
+
+    The material relaxes at the pad's time constant, and by the same share as a silicone block.
+    """
     arms = ((ObjectParameters().arm_share, finger.pad_relaxation),)
     material = Material(SILICONE, finger.pad_modulus, arms)
     return cylinder(math.sqrt(PAD_AREA / math.pi), PAD_THICKNESS, material, size)
 
 
 def whole_pad(finger: FingerParameters) -> FingerParameters:
-    """Return the finger with a pad as stiff as all its dimples together, not only those touched."""
+    """Return the finger with the stiffness of all dimples of its pad, not only of those touched."""
     names = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
     factor = ON_DIMPLES / finger.pad_stiffness
     return finger._replace(**{name: factor * getattr(finger, name) for name in names})
 
 
 def twin_touch(target: ObjectParameters, finger: FingerParameters, times: Values) -> Values:
-    """Return the twin's voltage at times after a finger touches a free object, without noise.
+    """Return the twin's piezo voltage, V, at ``times`` s after the contact with a free object.
 
-    The object's arms are those of the contact (:func:`contact_arms`).
+    The voltage is without noise. The object's relaxation is that of its contact
+    (:func:`contact_arms`).
     """
     target = target._replace(clamp_stiffness=0.0, clamp_damping=0.0)
     state = np.zeros(STATES)

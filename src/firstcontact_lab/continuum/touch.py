@@ -28,7 +28,10 @@ SAFETY, CALMING = 0.75, 0.15
 
 @dataclass(frozen=True)
 class Touch:
-    """Result of a simulated touch. Arrays over the time since the contact, in SI units."""
+    """Forces, motion and piezo voltage of a simulated touch, over the time since the contact.
+
+    All numbers are in SI units.
+    """
 
     times: Values
     volts: Values

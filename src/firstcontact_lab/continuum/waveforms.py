@@ -1,4 +1,4 @@
-"""Touches that others computed, read from a file, beside touches of the twin.
+"""Comparison of the twin with touches that other software simulated, read from a file.
 
 ``docs/explanation/study-protocol.md`` states the format and the finger of these files.
 """
@@ -41,7 +41,10 @@ _REMEDY = "see docs/explanation/study-protocol.md"
 
 
 def compare_file(path: Path) -> dict[str, Comparison]:
-    """Compare the twin with each touch of a file, by the name of the touch."""
+    """Compare the twin with each touch in an NPZ file. Return the comparisons by touch name.
+
+    Raise FileError if the file or one of the names in it is not valid.
+    """
     with library_errors(path, "an NPZ of plain arrays", _REMEDY), open_regular(path) as stream:
         archive = np.load(stream, allow_pickle=False)
         if sum(part.file_size for part in archive.zip.infolist()) > MOST_BYTES:
@@ -71,10 +74,10 @@ def _compare(origin: str, name: str, arrays: Mapping[str, np.ndarray]) -> Compar
 
 
 def touching(origin: str, name: str) -> tuple[FingerParameters, ObjectParameters]:
-    """Return finger and object of a touch from its name, SHAPE-SHORE-TIP-LAW-STRAIN.
+    """Return the finger and the object of a touch named ``SHAPE-SHORE-TIP-LAW-STRAIN``.
 
-    The shares of the object's arms are those of the contact: the pad of such a file relaxes as the
-    object does.
+    The object relaxes as a whole contact does, because the pad in such a file relaxes like the
+    object. ``origin`` starts the message of the FileError for a wrong name.
     """
     parts = name.split("-")
     if len(parts) != 5 or not (parts[1].isdigit() and 0 < int(parts[1]) < 100):

@@ -49,7 +49,7 @@ class PlantHand(Hand):
 
 
 class SlipWatch:
-    """Slip detector that reports every true slip of the simulated object, ``latency`` s later."""
+    """Ideal slip detector of a simulated hand. It reports every true slip after ``latency`` s."""
 
     def __init__(self, latency: float) -> None:
         self._latency = latency
@@ -77,7 +77,10 @@ OwnHands = dict[HandSeed, OwnHand]
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Adapt detector and model to a hand by ``pinches`` simulated closings on each of 5 blocks."""
+    """Return a contact detector and a model that were adapted to a simulated hand.
+
+    They learn from ``pinches`` simulated closings on each of 5 blocks.
+    """
     seed, speed = hand
     made = [_block(seed, speed, at, n) for at in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
@@ -92,7 +95,10 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
 
 
 def _block(seed: int, speed: float, place: int, number: int) -> Pinch:
-    """Simulate one closing on block number ``place``, until ``AFTER`` s after the contact."""
+    """Simulate closing ``number`` on the block with the index ``place`` in ``BLOCKS``.
+
+    ``speed`` is the closing speed, m/s. The closing ends ``AFTER`` s after the contact.
+    """
     rig = condition(CONDITION)
     specimen = draw_specimen(seed, rig, BLOCKS[place], 0)
     session = f"blocks-{number % 3}"

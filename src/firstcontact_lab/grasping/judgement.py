@@ -55,7 +55,10 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Simulated outcomes for tuning and for judging policies, of different hands and objects."""
+    """Two tables of simulated outcomes: one to tune policies, one to judge them.
+
+    They have different hands and objects.
+    """
 
     tuning: ClosingTable
     judged: ClosingTable
@@ -127,7 +130,11 @@ def judged(
     estimates: tuple[Sequence[PickEstimates], Sequence[PickEstimates]] | None = None,
     reflex: tuple[int, int] | None = None,
 ) -> Judged:
-    """Score a policy on each fold of objects, with the settings that were best on other folds."""
+    """Score a policy on each fold of objects, with the settings that were best on the other folds.
+
+    ``estimates`` are those for tuning and for judging; by default those of the tables. ``reflex``
+    holds the indices of the lift and of the latency, for a policy with a slip reflex.
+    """
     tuning, judging = estimates or (tables.tuning.estimates, tables.judged.estimates)
     tried = tried_on(tables, kind, tuning, reflex)
 
@@ -156,7 +163,7 @@ def _by_fold(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Outcomes of all policies on picks that were not used for tuning."""
+    """Outcomes of all policies on the picks that were not used for tuning."""
 
     plain: Mapping[str, Judged]
     reflexes: Mapping[str, tuple[Judged, Judged]]
@@ -172,14 +179,20 @@ class Judgement:
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """Outcomes by policy name. Those with a slip reflex are for the condition ``FULL``."""
+        """Outcomes of each policy by its name.
+
+        A slip reflex has the lift and latency of ``FULL``.
+        """
         place = (list(LIFTS).index(FULL[0]), DETECTION.index(FULL[1]))
         full = next(name for name, at in conditions().items() if at == place)
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[full], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return for each policy a function from an object to settings tuned without it."""
+        """Return a function for each policy name.
+
+        It maps an object to the settings tuned without it.
+        """
 
         def of_policy(policy: Judged) -> SettingsOf:
             return lambda kind: policy.chosen[self.fold_of[kind]].settings
@@ -204,7 +217,10 @@ def judgement(tables: Tables) -> Judgement:
 
 
 def conditions() -> dict[str, tuple[int, int]]:
-    """Return indices (lift, latency of slip detection) by name, such as "abrupt, 100 ms"."""
+    """Return the indices (lift, latency) of each condition for slip reflexes, by its name.
+
+    An example of a name is "abrupt, 100 ms".
+    """
     return {
         f"{lift}, {1e3 * wait:g} ms": (a, b)
         for a, lift in enumerate(LIFTS)
@@ -213,7 +229,10 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def ceiling(table: ClosingTable) -> Front:
-    """Return the shares of drops and damage if speed, force and reflex suit each object best."""
+    """Return the best shares of drops and damage that any policy could reach.
+
+    For this, each pick gets the speed, force and reflex that suit it best.
+    """
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
     reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
@@ -230,24 +249,24 @@ def ceiling(table: ClosingTable) -> Front:
 
 
 def resample_weights(table: ClosingTable, seed: int) -> Values:
-    """Return bootstrap weights of picks, (picks, resamples): objects and hands are drawn again."""
+    """Return bootstrap weights, shape (picks, resamples), that draw objects and hands again."""
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 
 
 def between(value: float, drawn: Values) -> Between:
-    """Return ``value`` with the middle 95 % of the numbers in ``drawn`` as its interval."""
+    """Return ``value`` with an interval: the middle 95 % of its bootstrap values ``drawn``."""
     low, high = np.nanpercentile(drawn, [2.5, 97.5])
     return Between(value=value, low=float(low), high=float(high))
 
 
 def drops(policy: Judged, weights: Values) -> Between:
-    """Return the share of objects that a policy drops if it damages 10 %, with its interval."""
+    """Return the share of objects that a policy drops at 10 % damage, with its interval."""
     return between(float(policy.front.drop_share()), front(policy.outcomes, weights).drop_share())
 
 
 def less(dropped: Values, theirs: Values) -> Values:
-    """Return 1 - ``dropped`` / ``theirs``, the relative reduction in drops, limited to -1 to 1."""
+    """Return the relative reduction of drops, 1 - ``dropped`` / ``theirs``, clipped to -1 to 1."""
     ratio = np.where(
         theirs > 0, dropped / np.maximum(theirs, 1e-9), np.where(dropped > 0, 2.0, 1.0)
     )
@@ -255,10 +274,10 @@ def less(dropped: Values, theirs: Values) -> Values:
 
 
 def fewer(ours: Judged, theirs: Judged, weights: Values | None = None) -> Between:
-    """Return how much fewer objects drop with policy ``ours`` than with ``theirs``, as a share.
+    """Return by which share fewer objects drop with policy ``ours`` than with ``theirs``.
 
     Forces of both policies are scaled until they damage 10 % of the objects. Without ``weights``,
-    the interval is empty.
+    the result has no interval.
     """
     value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
     if weights is None:
@@ -268,7 +287,11 @@ def fewer(ours: Judged, theirs: Judged, weights: Values | None = None) -> Betwee
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: Values) -> Between:
-    """Return the reduction of drops as :func:`fewer`, with forces scaled once for all resamples."""
+    """Return the reduction of drops as :func:`fewer`, but scale the forces once on all picks.
+
+    :func:`fewer` instead scales them again in each bootstrap resample. So this interval also holds
+    the scatter of the damage.
+    """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
     # Over all picks both policies damage a tenth, apart from the steps between scales.
@@ -278,9 +301,10 @@ def fewer_as_bold(ours: Judged, theirs: Judged, weights: Values) -> Between:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """Return the reduction of drops if objects randomly get the weight or damage limit of others.
+    """Return the reduction of drops after objects swapped their weights or damage limits at random.
 
-    It is the mean over ``count`` random exchanges, with the middle 95 % of them.
+    With ``mass`` they swap weights, with ``damage`` damage limits. The value is the mean over
+    ``count`` random swaps, and the interval holds the middle 95 % of them.
     """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])
@@ -325,9 +349,9 @@ def _pressed(
 def _given(
     table: ClosingTable, by_mass: Mapping[str, str], by_limit: Mapping[str, str]
 ) -> ClosingTable:
-    """Return the table with the holding and breaking forces of some objects exchanged.
+    """Return the table with the holding forces and damage limits of some objects replaced.
 
-    ``by_mass`` and ``by_limit`` map the name of an object to the object whose force it gets.
+    ``by_mass`` and ``by_limit`` map the name of an object to the object whose value it gets.
     """
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 
@@ -338,7 +362,10 @@ def _given(
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the reduction of drops if estimated properties of objects had other values."""
+    """Return the reduction of drops if the assumed limits, masses or frictions were different.
+
+    Each key describes one change, such as "estimated masses × 2".
+    """
     gains = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
     for title, of, factors in (
@@ -361,9 +388,10 @@ def sensitivity(tables: Tables) -> dict[str, Between]:
 
 
 def _gain(tables: Tables, of: str, factors: Mapping[str, float], *, intervals: bool) -> Between:
-    """Return the reduction of drops if the estimated values of one property were different.
+    """Return the reduction of drops after the property ``of`` of each object is multiplied.
 
-    ``factors`` multiply the property ``of`` by object. Measured values stay.
+    ``of`` is "limit", "mass" or "friction". ``factors`` are by object name. Values that were
+    measured, not assumed, stay the same.
     """
     tuning, judging = (_changed(t, of, factors) for t in (tables.tuning, tables.judged))
     other = replace(tables, tuning=tuning, judged=judging)

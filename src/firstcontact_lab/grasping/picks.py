@@ -1,4 +1,4 @@
-"""Simulated picks of household objects: approaches until both fingers touch; whole closings."""
+"""Simulated picks of household objects, either up to the second contact or up to the lift."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def make_pipeline(hand: OwnHand) -> Pipeline:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
-    """Simulated hand when both fingers touch, and the live estimates until then."""
+    """State of a simulated hand at the second contact, with the live estimates until then."""
 
     plant: GraspPlant
     estimate: Estimate | None
@@ -83,7 +83,10 @@ class _WaitingHand(PlantHand):
 
 
 def approached(pick: Pick, speed: float, hand: OwnHand) -> Approached:
-    """Simulate the approach to an unbreakable object until both fingers touch."""
+    """Simulate a hand that closes on an unbreakable object, until both fingers touch.
+
+    ``speed`` is the approach speed, m/s.
+    """
     plant = make_plant(pick, breaks=False)
     policy = ByStiffness(Grip(), approach=speed)
     grasping = Grasping(policy, _WaitingHand(plant, policy), LAYOUT)
@@ -125,9 +128,10 @@ class FullJob:
 
 @dataclass(frozen=True, slots=True)
 class FullRow:
-    """Outcome of one closing that was simulated from the start to the lifted object.
+    """Outcome of one pick, simulated from the open hand to the lifted object.
 
-    ``steady`` is the time to a steady grasp, s, or None. ``largest`` is the largest force, N.
+    ``steady`` is the time to a steady grasp, s; None without one. ``largest`` is the largest
+    contact force, N.
     """
 
     job: FullJob
@@ -151,7 +155,7 @@ def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float
 
 
 def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
-    """Simulate a whole closing, in which live estimates drive the policy. Return its outcome."""
+    """Simulate a whole pick, in which a policy acts on live estimates. Return its outcome."""
     plant = make_plant(job.pick, lift=LIFTS[job.lift])
     policy = household_policy(POLICIES[job.policy], job.pick.kind, job.settings)
     grasping = Grasping(policy, PlantHand(plant), LAYOUT)

@@ -16,7 +16,7 @@ FIRMEST = 70.0
 
 
 class Between(Record, frozen=True, kw_only=True):
-    """Number with the lower and upper bound of its 95 % interval."""
+    """Value with the lower and upper bound of its 95 % interval."""
 
     value: float
     low: float
@@ -33,7 +33,10 @@ class FrontPoints(Record, frozen=True, kw_only=True):
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """Settings of a policy, tuned on other objects, and their shares of drops and damage."""
+    """Settings of a policy, tuned without the objects ``left_out``.
+
+    ``drops`` and ``damage`` are the shares of the tuning picks that these settings drop and damage.
+    """
 
     left_out: list[str]
     settings: dict[str, float]
@@ -43,7 +46,7 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
 
 
 class TunedOn(Record, frozen=True, kw_only=True):
-    """Picks for tuning or for judging: seeds of the hands, numbers of specimens, and counts."""
+    """Picks for tuning or for judging: seeds of the hands, numbers of the specimens, and counts."""
 
     hands: list[int]
     specimens: list[int]

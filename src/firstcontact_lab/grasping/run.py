@@ -1,4 +1,4 @@
-"""Run of a whole grasp study: simulate hands, tune policies, score them, and write the files."""
+"""Run of a whole grasp study: it simulates hands, tunes and scores policies, and writes files."""
 
 from __future__ import annotations
 
@@ -228,7 +228,10 @@ class HouseholdStudy:
         )
 
     def _success_gain(self) -> Between:
-        """Return the share of successful picks with stiffness minus that of equal picks without."""
+        """Return by how much the share of successful picks rises if the policy uses stiffness.
+
+        Both policies pick the same objects with the same hands.
+        """
         ours, blind = (
             np.array([not (r.dropped or r.damaged) for r in self.full if r.job.policy == k.name])
             for k in (candidate(), baseline())
@@ -236,7 +239,7 @@ class HouseholdStudy:
         return self._share(ours.astype(float) - blind.astype(float))
 
     def _share(self, flags: Values | NDArray[np.bool_]) -> Between:
-        """Return the mean of one number per judged pick, with its bootstrap interval."""
+        """Return the mean of ``flags``, one value per judged pick, with its bootstrap interval."""
         drawn = flags.astype(np.float64) @ self.weights / self.weights.sum(axis=0)
         return between(float(flags.mean()), drawn)
 
@@ -288,7 +291,7 @@ class HouseholdStudy:
         )  # fmt: skip
 
     def _by_object(self) -> dict[str, ObjectErrors]:
-        """Return for each object the errors of its Shore A, and its shares of drops and damage."""
+        """Return the errors of the estimates, drops and damage of each object, by its name."""
         policies = {baseline().name: self.judgement.blind, candidate().name: self.judgement.ours}
         by_kind: dict[str, list[Branches]] = {}
         for row in self._approaches():

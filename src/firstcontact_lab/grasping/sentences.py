@@ -1,4 +1,4 @@
-"""Sentences about the results of the grasp study, and its numbers as text."""
+"""Sentences and formatted numbers about the results of the grasp study."""
 
 from __future__ import annotations
 
@@ -65,7 +65,10 @@ def reflex_sentence(household: Household) -> str:
 
 
 def shortly(household: Household) -> str:
-    """Return README sentences: how many drops stiffness saves, without and with a slip reflex."""
+    """Return sentences for the README: how much stiffness reduces drops.
+
+    They state the reduction without and with a slip reflex.
+    """
     gain = household.fewer_drops_than_blind
     proof = "" if gain.low > 0 else ", an interval that includes zero"
     by = household.slip_reflex

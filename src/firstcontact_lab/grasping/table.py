@@ -1,4 +1,4 @@
-"""Table of simulated outcomes: each pick at each approach speed, with each grip force."""
+"""Table of simulated picks, with one outcome for each approach speed and grip force."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOT = 100
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """Approach speeds, m/s, grip forces, N, and slip boosts to simulate in all combinations."""
+    """Approach speeds, m/s, grip forces, N, and slip boosts. All combinations are simulated."""
 
     speeds: tuple[float, ...]
     forces: tuple[float, ...]
@@ -52,7 +52,10 @@ class Branches:
 
 
 def branches(job: tuple[Pick, float], hands: OwnHands, how: Branching) -> Branches:
-    """Simulate one approach to an object. From there, simulate a grip and lift with each force."""
+    """Simulate one approach to an object, and from there one grip and lift for each grip force.
+
+    ``job`` is the pick and its approach speed, m/s.
+    """
     pick, speed = job
     specimen = pick_specimen(pick)
     begun = approached(pick, speed, hands[pick.hand, speed])
@@ -84,7 +87,7 @@ def branches(job: tuple[Pick, float], hands: OwnHands, how: Branching) -> Branch
 
 
 def _until(plant: GraspPlant, since: float) -> None:
-    """Advance a simulated hand to ``since`` s after its first contact, or to its closing's end."""
+    """Advance a simulated hand to ``since`` s after its first contact, or to the closing's end."""
     contacts = plant.contacts
     end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
     while not plant.ended and plant.sample < end:
@@ -94,7 +97,11 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Lift with a slip reflex. Return the largest contact force, N, and True for a drop."""
+    """Lift the object, and multiply the grip force, N, by ``boost`` at each slip.
+
+    Return the largest contact force, N, and True if the object was dropped. ``wait`` is the latency
+    of the slip detection, s.
+    """
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(SLIP_STEP)
@@ -107,7 +114,7 @@ def _reflex(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reflexed:
-    """Indices into a :class:`ClosingTable`: kind of lift, latency of slip detection, and boost."""
+    """Indices of a slip reflex in a :class:`ClosingTable`: kind of lift, latency, and boost."""
 
     lift: int
     detection: int
@@ -122,7 +129,7 @@ class Outcomes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosingTable:
-    """Simulated forces and estimates of each pick, for all approach speeds and grip forces."""
+    """Simulated forces and estimates of each pick, at all approach speeds and grip forces."""
 
     how: Branching
     picks: tuple[Pick, ...]
@@ -173,7 +180,7 @@ class ClosingTable:
         )
 
     def pressed(self, speed: int, forces: Values) -> tuple[Values, Values]:
-        """Return the largest contact force and the sum of both final contact forces per pick, N.
+        """Return each pick's largest contact force, and final force of both fingers together, N.
 
         ``speed`` is an index, and ``forces`` are the grip forces of the picks, N. Values between
         the simulated forces are interpolated.
@@ -219,7 +226,10 @@ class ClosingTable:
 
 
 def exceeds(one: Values, other: Values, scatter: float) -> Values:
-    """Return the probability that one force exceeds another with relative scatter ``scatter``."""
+    """Return the probability that force ``one`` exceeds force ``other``.
+
+    ``scatter`` is the relative standard deviation of the forces.
+    """
     if scatter <= 0:
         return (one > other).astype(np.float64)
     with np.errstate(divide="ignore"):

@@ -50,7 +50,7 @@ PickEstimates = Sequence[Estimate | None]
 
 
 def family(kind: str) -> str:
-    """Return the family of similar objects that an object belongs to, or else its own name."""
+    """Return the family of an object, or the object's own name if it belongs to none."""
     for words in FAMILIES:
         if any(word in kind for word in words):
             return " and ".join(words)
@@ -58,20 +58,23 @@ def family(kind: str) -> str:
 
 
 def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
-    """Return for each object the index of its fold. Similar objects (a family) share a fold."""
+    """Return the index of the fold of each object, by its name. Similar objects share a fold."""
     families = list(dict.fromkeys(family(kind) for kind in kinds))
     return {str(kind): families.index(family(kind)) % count for kind in kinds}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of drops and damage per factor on the forces: (scales,) or (scales, resamples)."""
+    """Shares of dropped and of damaged picks, one for each factor on the grip forces.
+
+    The shape is (factors,) or (factors, resamples).
+    """
 
     dropped: Values
     damaged: Values
 
     def drop_share(self, damage: float | Values = DAMAGE) -> Values:
-        """Return the share of drops if forces are scaled until the share ``damage`` is damaged."""
+        """Return the share of dropped picks at the factor that damages the share ``damage``."""
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
         rows = zip(dropped, damaged, wanted.tolist(), strict=True)
@@ -110,9 +113,9 @@ def resampled(
     count: int,
     seed: int,
 ) -> Values:
-    """Return ``count`` bootstrap resamples as weights of picks: objects and hands are drawn again.
+    """Return the weights of picks in ``count`` bootstrap resamples, shape (picks, ``count``).
 
-    Objects are drawn within their group. The shape is (picks, ``count``).
+    Each resample draws objects and hands again, and objects only within their group.
     """
     rng = np.random.default_rng(seed)
     weights = np.ones((len(kinds), count))
@@ -173,9 +176,10 @@ def swept(
     reflex: tuple[int, int] | None = None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return a policy's drops and damage, shape (scales, picks), for all factors on its forces.
+    """Return the drops and damage of a policy, shape (factors, picks), for factors on its forces.
 
-    ``estimates`` has a list per approach speed. ``reflex`` holds the indices of lift and latency.
+    ``estimates`` has a list per approach speed. ``reflex`` holds the indices of the lift and of the
+    latency.
     """
     speed = speed_place(table, settings)
     forces = policy_forces(kind, settings, table, estimates[speed]) * settings.get("scale", 1.0)
@@ -186,7 +190,7 @@ def swept(
 
 
 def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> ChosenSettings:
-    """Choose the settings with the fewest drops of ``selected`` picks at about 10 % damage."""
+    """Return the settings that drop the fewest ``selected`` picks at about 10 % damage."""
     weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
     worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]

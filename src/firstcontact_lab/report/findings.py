@@ -1,4 +1,4 @@
-"""Results, tables and figures of a study by dataset, and what goes into ``results.json``."""
+"""Results, tables and figures of a study by dataset, and the content of ``results.json``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PartResult:
 
     @property
     def results(self) -> SubjectResults:
-        """Results that only this part of a study measured."""
+        """Results that this part of a study measured, without those of other parts."""
         return NOTHING.replace(self.entries) if self.entries else NOTHING
 
 
@@ -39,7 +39,7 @@ def missing(reason: str) -> PartResult:
 
 @dataclass(slots=True)
 class Findings:
-    """Results, tables and figures of one dataset under study (subject)."""
+    """Results, figures and omitted measurements of one dataset under study (subject)."""
 
     name: str
     results: SubjectResults = NOTHING

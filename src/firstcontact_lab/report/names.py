@@ -65,7 +65,7 @@ def _appearance(registry: Registry[Any], name: str) -> Appearance:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the estimators in ``scored`` in the order of reports, without baselines by default."""
+    """Return the names in ``scored`` in the order of reports. Baselines need ``baselines=True``."""
     names = set(scored)
     ours = [name for name in ESTIMATORS.builtin_names if name in names]
     return [

@@ -39,7 +39,7 @@ _HALF = 8
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """Progress and findings of a running study, and the function that makes its page."""
+    """Progress and results of a running study, and the function that makes its page."""
 
     settings: Mapping[str, Any]
     options: Mapping[str, Any]
@@ -62,7 +62,7 @@ class State:
 
     @property
     def seconds(self) -> float:
-        """Time since the study began, s."""
+        """Time since the study began, s, on this computer's clock."""
         return time.monotonic() - self.began
 
     @property
@@ -106,7 +106,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Section of a report. Details are hidden until opened."""
+    """Section of a report page. Its details are hidden until the reader opens them."""
 
     anchor: str
     title: str
@@ -124,7 +124,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """Content of a report page. A study gives the first fields, and :func:`render` the others."""
+    """Content of a report page. A study sets the first fields, and :func:`render` the others."""
 
     title: str
     heading: str
@@ -209,7 +209,7 @@ def _section(
 
 
 def _notice(state: State) -> tuple[str, str] | None:
-    """Return a title and details that state how far an unfinished study is, or else None."""
+    """Return (title, details) on the progress of an unfinished study; None for a finished one."""
     if not state.pending:
         return None
     pending = "; ".join(state.pending)

@@ -1,4 +1,4 @@
-"""Results of a study by subject, and their file ``results.json``."""
+"""Results of a study by dataset (subject), and their file ``results.json``."""
 
 from __future__ import annotations
 
@@ -40,14 +40,17 @@ Entry = tuple[str, Any]
 
 
 class SubjectResults(Record, frozen=True, kw_only=True):
-    """Results of one dataset under study. ``results[FIELD]`` is the typed value of a field."""
+    """Results of one dataset under study. Read them with ``results[FIELD]``, which is typed."""
 
     def __getitem__(self, field: Field[T]) -> T:
         value: T = getattr(self, field.name, field.default)
         return value
 
     def replace(self, entries: Iterable[Entry]) -> SubjectResults:
-        """Return the results with these entries added. Mappings in both are joined."""
+        """Return the results with these entries added.
+
+        If both have a mapping, the two are merged.
+        """
         values = {name: getattr(self, name) for name in self.__struct_fields__}
         for name, value in entries:
             existing = values.get(name)
@@ -90,7 +93,10 @@ def read_results(path: Path, kind: type[T]) -> T:
 
 
 def read_options(path: Path, remedy: str) -> dict[str, Any]:
-    """Return the settings of a study that its results depend on, from its ``results.json``."""
+    """Return the study's settings that affect its numbers, from the ``results.json`` at ``path``.
+
+    Raise FileError, with ``remedy`` in its message, if the file is not valid.
+    """
     return read_record(
         read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST
     ).study.options

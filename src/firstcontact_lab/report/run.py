@@ -36,7 +36,10 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make a study's folder, and lock it until the ``with`` block ends."""
+    """Make a study's folder, and lock it until the ``with`` block ends.
+
+    Raise InputError if another study runs there, or left results with other settings.
+    """
     made = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -85,7 +88,10 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
 
 
 def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
-    """Return an empty folder with a file that marks it. Outputs of an earlier study are removed."""
+    """Return ``directory`` after it was emptied, with a file that marks it as made by a study.
+
+    Raise FileError if the folder exists without this mark.
+    """
     check_fresh(directory)
     if directory.exists():
         shutil.rmtree(directory)
@@ -101,7 +107,7 @@ def check_fresh(directory: Path) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """One step of a part of a study, for one dataset. The study ends if a *vital* step fails."""
+    """One step of a part of a study, for one dataset. If a *vital* step fails, the study ends."""
 
     subject: str
     part: str
@@ -115,7 +121,10 @@ class Job:
         return f"{self.subject}: {self.title}"
 
     def measure(self) -> PartResult:
-        """Run the step. If the data do not permit it, return a result that states the reason."""
+        """Run the step. If the data do not permit it, return a result that holds only the reason.
+
+        Raise InputError instead if the step is vital.
+        """
         try:
             return self.run()
         except InputError as error:
@@ -173,7 +182,10 @@ _BAR = "{desc}{percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"
 def run_jobs(
     jobs: Sequence[Job], state: State, out: Path, tick: Callable[[Job], object] = lambda job: None
 ) -> None:
-    """Run all jobs. Write ``report.html`` and ``results.json`` after each job."""
+    """Run all jobs.
+
+    After each job, write ``report.html`` and ``results.json``, and call ``tick``.
+    """
     state.steps = [job.name for job in jobs]
     by_name = {name: Findings(name) for name in dict.fromkeys(job.subject for job in jobs)}
     state.findings = list(by_name.values())

@@ -1,4 +1,4 @@
-"""Style of all figures, and charts of values with intervals and of predictions."""
+"""Style of all figures, and the charts that several reports share."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def canvas(
 
 
 def uri(figure: Canvas) -> str:
-    """Return the figure as an SVG data URI. Pixel images in it have twice a screen's resolution."""
+    """Return the figure as an SVG data URI. Bitmaps in it have twice a screen's resolution."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
@@ -81,7 +81,7 @@ def boxes(
     width: float,
     colour: str,
 ) -> None:
-    """Draw a box plot of each array of values at its position, and single values as points."""
+    """Draw a box plot of each array at its position, with outliers as points."""
     groups = list(zip(positions, values, strict=True))
     several = {place: group for place, group in groups if len(group) > 1}
     line = {"color": colour, "lw": 0.9}
@@ -136,7 +136,7 @@ Groups = Mapping[str, tuple[float, Mapping[str, NDArray[np.float64]]]]
 def box_figure(
     key: str, title: str, caption: str, axis: str, groups: Groups, colours: Mapping[str, str]
 ) -> Figure:
-    """Return a figure with each group's true value as a bar, and a box plot of each model."""
+    """Return a figure with a bar at each group's true value, and one box plot per model."""
     with canvas(size=(max(SIZE[0], 0.5 * len(groups)), 4.2)) as (figure, axes):
         ax = axes[0, 0]
         for number, (model, colour) in enumerate(colours.items()):

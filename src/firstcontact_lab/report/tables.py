@@ -1,4 +1,4 @@
-"""Tables of reports and docs, and the definitions of rows that they are made from."""
+"""Tables of reports and docs, and the row definitions that make them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Bounded(NamedTuple):
 
 
 def bounded(scores: Scores | None, name: str) -> Bounded | None:
-    """Return one score of a record with its interval; None if the record lacks it."""
+    """Return the score ``name`` of a record with its interval; None if the record lacks it."""
     value = getattr(scores, name, None)
     return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))
 
@@ -49,7 +49,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Line of a table. A *quiet* line is shown pale."""
+    """Line of a table. A *quiet* line is shown in a pale colour."""
 
     cells: Sequence[Cell]
     quiet: bool = False
@@ -83,7 +83,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """Definition of a table row: one number of the results, and how to show it."""
+    """Definition of a table row: one number in the results, and the format that shows it."""
 
     label: str
     value: Callable[[R], Value]
@@ -98,7 +98,10 @@ class Row(Generic[R]):
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
-    """Return a number as text with the minus sign "−". Zero has no sign."""
+    """Return ``value`` as text with ``digits`` decimals and a typographic minus.
+
+    Zero has no sign.
+    """
     text = f"{value:{sign}.{digits}f}"
     if float(text) == 0.0:
         text = text.lstrip("+-")
@@ -144,7 +147,7 @@ VERDICTS = (
 
 
 def format_cell(value: Value, unit: str) -> Cell:
-    """Return a table cell with a value, and with its interval as the small print."""
+    """Return a table cell with ``value``. Its interval, if it has one, follows in small print."""
     if value is None:
         return Cell(ABSENT)
     if isinstance(value, str):
@@ -156,7 +159,10 @@ def format_cell(value: Value, unit: str) -> Cell:
 
 
 def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Callable[[R], Value]:
-    """Return a function that finds a record and returns its value, or None without a record."""
+    """Return a function from results to the ``value`` of the record that ``find`` returns.
+
+    It returns None if ``find`` returns None.
+    """
 
     def from_results(results: R) -> Value:
         record = find(results)
@@ -179,7 +185,7 @@ def row_table(
 
 
 def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
-    """Return a table of the rows that have a published claim or a note, or are headlines."""
+    """Return a table of the rows that have a published claim, a note, or are headlines."""
     chosen = [row for row in rows if row.claim or row.note or row.headline]
     table = row_table(chosen, subjects, published=True)
     by_label = {row.label: row for row in chosen}
@@ -201,7 +207,10 @@ def _verdict(row: Row[R], subjects: Mapping[str, R]) -> str:
 
 
 def _joined(texts: Mapping[str, str]) -> str:
-    """Return each text with the title of its subject, or one text if all subjects share it."""
+    """Return the texts of several datasets in one line, each after the title of its dataset.
+
+    If all texts are the same, return this text once, without a title.
+    """
     present = {title: text for title, text in texts.items() if text}
     if len(set(present.values())) == 1:
         return next(iter(present.values()))
@@ -209,7 +218,10 @@ def _joined(texts: Mapping[str, str]) -> str:
 
 
 def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
-    """Return one table with the columns of several datasets' tables side by side."""
+    """Return one table with the columns of several datasets' tables side by side.
+
+    Only the columns with a title in ``heads`` are used; all if it is empty.
+    """
     head = [""]
     blocks: list[tuple[int, dict[tuple[str, str], Line]]] = []
     names: dict[tuple[str, str], Cell] = {}
@@ -272,7 +284,10 @@ def lifted(
     claim: Claim | None = None,
     note: Callable[[R], str] | None = None,
 ) -> Row[R]:
-    """Return a row for results, made from a row for one of the records in them."""
+    """Return a row for whole results, made from a row for the record that ``find`` returns.
+
+    The label starts with ``prefix``.
+    """
     value = optional(find, row.value)
     return Row(prefix + row.label, value, row.unit, published, headline, claim, note)
 
@@ -290,7 +305,10 @@ def markdown_table(head: str, rows: Iterable[Sequence[str]]) -> str:
 
 
 def fill(text: str, kind: str, made: Mapping[str, str]) -> str:
-    """Return a page with new text between each ``<!-- KIND: NAME -->`` and ``<!-- /KIND -->``."""
+    """Return the page ``text`` with new text between its markers.
+
+    The markers are ``<!-- KIND: NAME -->`` and ``<!-- /KIND -->``. ``made`` holds the text by NAME.
+    """
     pattern = rf"(<!-- {kind}: (\w+) -->\n).*?(<!-- /{kind} -->)"
     page, count = re.subn(
         pattern, lambda m: f"{m[1]}\n{made[m[2]].rstrip()}\n\n{m[3]}", text, flags=re.DOTALL

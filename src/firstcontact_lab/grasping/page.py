@@ -230,7 +230,7 @@ def estimates_table(household: Household) -> Table:
 
 
 def _firm(household: Household) -> str:
-    """Return a sentence about the estimates of objects firmer than all training objects, or ""."""
+    """Return a sentence about estimates of objects firmer than all blocks; "" if there are none."""
     answered = [entry for entry in household.by_object.values() if entry.bias is not None]
     firm = [entry for entry in answered if entry.shore_a > MET]
     if not firm:

@@ -1,4 +1,7 @@
-"""Comparison of estimators beyond their training blocks. All get the same simulated rigs."""
+"""Comparison of estimators on objects and hands beyond their training blocks.
+
+All estimators get the same simulated rigs.
+"""
 
 from __future__ import annotations
 
@@ -89,7 +92,10 @@ class Query:
 
 
 def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
-    """Train the query's estimator, and return its predicted Shore A for each queried pinch."""
+    """Train the estimator of a query.
+
+    Return the predicted Shore A of each pinch in ``query.ask``.
+    """
     competitor, rigs, learn, ask = query.competitor, sets[query.place], query.learn, query.ask
     if competitor.method == "window":
         options = dict(competitor.options)
@@ -150,7 +156,10 @@ _OWN = ("estimator", "radii")
 
 
 def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the indices of the pinches to learn from, and of those to predict, for a question."""
+    """Return the indices of the pinches to learn from, and of those to predict, for a question.
+
+    ``question`` is one of the constants of this module, or the Shore A of the blocks to leave out.
+    """
     home = rig_data.indices(Use.BLOCKS)
     if question == HOME:
         return home, np.concatenate([rig_data.indices(Use.HELD), rig_data.indices(Use.OBJECTS)])

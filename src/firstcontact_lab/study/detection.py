@@ -1,4 +1,4 @@
-"""Contacts in pinches, from detectors that were not trained on these pinches (out of fold)."""
+"""Contacts in pinches, from detectors that were not trained on the same pinches (out of fold)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FOLDS = 3
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Return splits that together test each pinch once and train on role ``train`` only."""
+    """Return splits that test each pinch once. They train only on pinches of role ``train``."""
     if len(dataset) < 2:
         return []
     sessions, test = dataset.sessions, dataset.test
@@ -41,8 +41,8 @@ def judge(
 ) -> list[PinchDecisions] | str:
     """Train a detector on one side of a split, and return its decisions on the other side.
 
-    ``job`` holds the detector's name and the index of the split. Returned is a reason in place of
-    the decisions if the detector cannot be trained.
+    If the detector cannot be trained, return the reason as text. ``job`` holds the detector's name
+    and the index of the split. ``early`` is the time by which labels may be late, s.
     """
     name, split = job[0], splits[job[1]]
     detector = make_detector(name)
@@ -99,7 +99,10 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times from true to detected contact and to the decision, s, (pinches,) each."""
+    """Return two arrays of delays after the true contact, s: of the trigger and of its decision.
+
+    Both have the shape (pinches,), with NaN where a true or a detected contact is missing.
+    """
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)
     for i, (pinch, trigger) in enumerate(zip(dataset.pinches, triggers, strict=True)):

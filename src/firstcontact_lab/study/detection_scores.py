@@ -28,7 +28,7 @@ JUDGED = 0.035
 
 
 class Delays(Record, frozen=True, kw_only=True):
-    """Median and 95th percentile of delays, ms."""
+    """Median and 95th percentile of the delays from a contact to its detection, ms."""
 
     median: float
     p95: float
@@ -71,7 +71,7 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
 
 def _merge_looks(decisions: WindowDecisions, looks: int) -> WindowDecisions:
-    """Merge each ``looks`` consecutive decisions into one, which fires if any of them fires."""
+    """Merge every ``looks`` consecutive decisions into one, which fires if any of them fires."""
     n = len(decisions.ends) // looks
     if looks == 1 or not n:
         return decisions
@@ -131,7 +131,10 @@ def score_decisions(
     step: float,
     early: float = 0.0,
 ) -> DetectionScores:
-    """Score decisions on windows ``step`` s apart by labels that may be ``early`` s late."""
+    """Score a detector's decisions on windows that are ``step`` s apart.
+
+    Labels of contacts may be ``early`` s too late. Raise InputError if no pinch has a label.
+    """
     counts = _Counts()
     outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
     delays: list[float] = []
@@ -196,13 +199,16 @@ def score_decisions(
 
 
 def resampler_lookahead(dataset: Dataset) -> float:
-    """Return the delay of the filter that resampled a dataset, s; 0 without resampling."""
+    """Return the look-ahead of the filter that resampled a dataset, s; 0 without resampling."""
     rate = dataset.layout.rate
     return lookahead(dataset.recorded_rate or rate, rate)
 
 
 def right_and_not_early(contact: Contact, truth: Contact, rate: float, early: float) -> bool:
-    """Return True if a detected contact is on the touching finger and not too early."""
+    """Return True if a detected contact is on the touching finger and not too early.
+
+    ``early`` is the time by which the label ``truth`` may be late, s, and ``rate`` is in Hz.
+    """
     placed = (contact.sample - truth.sample) / rate
     return (
         contact.finger is truth.finger
@@ -213,7 +219,10 @@ def right_and_not_early(contact: Contact, truth: Contact, rate: float, early: fl
 
 
 def outcome(contact: Contact | None, truth: Contact, rate: float, early: float) -> str:
-    """Return "success" for a correctly detected contact, or else the kind of failure."""
+    """Return "success" for a correctly detected contact, or else the name of the failure.
+
+    ``early`` is the time by which the label ``truth`` may be late, s, and ``rate`` is in Hz.
+    """
     if contact is None:
         return "misses"
     late = (contact.sample - truth.sample) / rate

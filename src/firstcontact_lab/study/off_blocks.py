@@ -20,7 +20,7 @@ TOGETHER = 3
 
 
 class OffBlocks(Record, frozen=True, kw_only=True):
-    """Scores of an estimator beyond the blocks it was trained on: RMSE and bias in Shore A."""
+    """Scores of an estimator beyond the blocks it was trained on. RMSE and bias are in Shore A."""
 
     sets: int
     objects: float
@@ -39,7 +39,10 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """Predicted Shore A of pinches by one estimator, on one simulated pair of hands (``place``)."""
+    """Shore A that one estimator predicted for pinches of one simulated pair of hands.
+
+    ``place`` is the index of the pair.
+    """
 
     question: str
     place: int
@@ -57,14 +60,14 @@ def score_off_blocks(
     for batch in objects:
         for name in ("objects", "bias"):
             tally.errors(name, batch.place, batch.values - batch.queries.y)
-        tally.errors("three_pinches", batch.place, _together(batch, seed))
+        tally.errors("three_pinches", batch.place, _errors_of_three(batch, seed))
         for name, level in (("bias_softest", softest), ("bias_hardest", hardest)):
             indices = batch.queries.y == level
             tally.errors(name, batch.place, batch.values[indices] - level)
     for batch in answered:
         held_out = _part(batch, Use.HELD)
         tally.errors("blocks", batch.place, held_out.values - held_out.queries.y)
-        tally.errors("accuracy", batch.place, _nearest(held_out))
+        tally.errors("accuracy", batch.place, _block_hits(held_out))
         other = _part(batch, Use.OTHER_OBJECTS)
         for name in ("other_hand", "bias_other_hand"):
             tally.errors(name, batch.place, other.values - other.queries.y)
@@ -94,8 +97,8 @@ def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
     return float(shore_a.min()), float(shore_a.max())
 
 
-def _together(answered: Answered, seed: int) -> Values:
-    """Return the error of the mean prediction of every three pinches of one object, Shore A."""
+def _errors_of_three(answered: Answered, seed: int) -> Values:
+    """Return errors of the mean prediction of three pinches of one object, Shore A."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):
@@ -105,8 +108,8 @@ def _together(answered: Answered, seed: int) -> Values:
     return np.concatenate(errors) if errors else np.empty(0)
 
 
-def _nearest(answered: Answered) -> Values:
-    """Return 1 for predictions that are nearest to the true one of the blocks' Shore A, else 0."""
+def _block_hits(answered: Answered) -> Values:
+    """Return 1 for each prediction that is nearest to the Shore A of the true block, else 0."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -116,7 +119,7 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return a function that computes the RMSE from sums, averaged over ``groups`` groups."""
+    """Return a function from sums of errors to the RMSE, averaged over ``groups`` groups."""
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)
@@ -154,9 +157,9 @@ class _ErrorSums:
             of_group[place] = of_group.get(place, np.zeros(3)) + sums
 
     def _columns(self, name: str) -> tuple[Values, Callable[[Values], Values]]:
-        """Return one score's sums of errors by rig set, and the function from sums to the score.
+        """Return (sums, function) for one score. The function turns added sums into the score.
 
-        The sums have the shape (sets, 3 · groups).
+        The sums of errors have the shape (rig sets, 3 · groups).
         """
         groups = self._sums[name].values()
         places = sorted({place for of_group in groups for place in of_group})

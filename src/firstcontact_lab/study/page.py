@@ -1,4 +1,4 @@
-"""Report of a study: summary, table of the paper's claims, and remarks on the splits."""
+"""Report page of a study: summary, the paper's claims, and remarks on the splits."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ def rows(subjects: Subjects, parts: Sequence[str] = ()) -> list[Row[SubjectResul
 
 
 def claims(subjects: Subjects) -> Table:
-    """Return a table of the paper's claims with verdicts, then of further main results."""
+    """Return a table of the paper's claims with a verdict on each, and then other main results."""
     chosen = sorted(rows(subjects), key=lambda row: not (row.claim or row.note))
     return claims_table(chosen, subjects)
 
 
 def outcome(subjects: Subjects) -> list[str]:
-    """Return summary sentences: on blocks, on unseen objects, and on estimates in time."""
+    """Return summary sentences on errors on blocks and unseen objects, and on estimates in time."""
     blocks = _sentence("Accuracy on blocks (random 90/10)", subjects, _on_blocks)
     objects = _sentence("Unseen objects, RMSE in Shore A", subjects, _on_objects)
     left_out = _sentence("RMSE with one block level left out of training", subjects, _left_out)
@@ -66,7 +66,10 @@ def outcome(subjects: Subjects) -> list[str]:
 
 
 def _sentence(topic: str, subjects: Subjects, describe: Callable[[SubjectResults], str]) -> str:
-    """Return a sentence on one topic that describes every dataset with such results, or ""."""
+    """Return a sentence on one topic, with a part for each dataset that has results on it.
+
+    It is "" if no dataset has.
+    """
     texts = {title: text for title, results in subjects.items() if (text := describe(results))}
     several = len(subjects) > 1
     listed = "; ".join(f"{title.lower()} {t}" if several else t for title, t in texts.items())
@@ -101,7 +104,10 @@ def _compared(
 
 
 def _left_out(results: SubjectResults) -> str:
-    """Return the errors with a Shore A left out: by default, by peak amplitude, and the least."""
+    """Return text on the errors with a Shore A left out of training.
+
+    It states those of the default estimator, of the peak amplitude, and the smallest.
+    """
     splits = {name: scores.split(LEVEL) for name, scores in results[BLOCKS].items()}
     errors = {name: s.rmse for name, s in splits.items() if s and s.rmse is not None}
     if ESTIMATORS.default not in errors:
@@ -173,7 +179,7 @@ def _how(subjects: Subjects) -> list[tuple[str, list[str]]]:
 
 
 def shared(subjects: Subjects) -> str:
-    """Return sentences about sessions, specimens and Shore A values on both sides of a split."""
+    """Return sentences on sessions, specimens and Shore A values on both sides of a split."""
     sentences = []
     folds = [results[CONTACT].about.folds for results in subjects.values()]
     if any(subject_results and subject_results.n > 1 for subject_results in folds):

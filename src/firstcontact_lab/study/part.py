@@ -70,7 +70,7 @@ class StudySettings:
 
 @dataclass(slots=True, eq=False)
 class Subject:
-    """Dataset under study, with the results of the parts that ran before."""
+    """Dataset under study, and the results of the study's parts that ran before."""
 
     name: str
     dataset: Dataset
@@ -82,7 +82,7 @@ class Subject:
 
     @property
     def truth(self) -> Contacts:
-        """First contact of each pinch by its strip or label; None if unknown."""
+        """First contact of each pinch, from its contact strip or label; None if unknown."""
         return tuple(p.first for p in self.dataset.pinches)
 
     @property
@@ -91,7 +91,7 @@ class Subject:
 
     @property
     def starts(self) -> Contacts:
-        """Contact at which each pinch's window starts: detected, or labelled if none was."""
+        """Contact at which each pinch's window starts: a detected one, or the label without any."""
         return self.detections or self.truth
 
     @property
@@ -101,7 +101,10 @@ class Subject:
         return np.unique(shore[np.isfinite(shore)])
 
     def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
-        """Return windows of ``duration`` s and their Shore A, at ``contacts`` or :attr:`starts`."""
+        """Return windows of ``duration`` s with their Shore A.
+
+        Windows start at ``contacts``, by default at :attr:`starts`.
+        """
         return self.labelled_windows(duration, self.dataset.shore_a, contacts)
 
     def labelled_windows(
@@ -112,7 +115,11 @@ class Subject:
         *,
         conditioned: bool = True,
     ) -> LabelledWindows:
-        """Return windows of ``duration`` s labelled by ``target``, at ``contacts`` or `starts`."""
+        """Return windows of ``duration`` s with one ``target`` value of each pinch as label.
+
+        Windows start at ``contacts``, by default at :attr:`starts`. With ``conditioned`` the signal
+        is smoothed as in the paper.
+        """
         cut = self.cut_windows(duration, contacts, conditioned=conditioned)
         data = label_windows(self.dataset, *cut, target)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])
@@ -122,7 +129,8 @@ class Subject:
     ) -> Cut:
         """Return windows of ``duration`` s, and a mask of the pinches that have a whole window.
 
-        Windows start at ``contacts``, by default at :attr:`starts`.
+        Windows start at ``contacts``, by default at :attr:`starts`. With ``conditioned`` the signal
+        is smoothed as in the paper.
         """
         starts = self.starts if contacts is None else contacts
         key = duration, conditioned, tuple(starts)
@@ -151,7 +159,7 @@ class Step:
 
 
 def with_ranks(measure: Measure) -> Measure:
-    """Return a measurement that does nothing if no pinch of the dataset has a hardness rank."""
+    """Return ``measure`` as a function that does nothing for a dataset without hardness ranks."""
 
     def measure_ranks(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
         if not np.isfinite(subject.dataset.hardness_rank).any():
@@ -163,7 +171,7 @@ def with_ranks(measure: Measure) -> Measure:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Topic of a study: its measurements, figures, tables, rows and text."""
+    """Topic of a study, with the steps, figures, tables, rows and text about it."""
 
     name: str
     title: str

@@ -1,4 +1,4 @@
-"""Pinches of random rigs whose kinds no network was trained on."""
+"""Simulated pinches of random rigs, from families that no network was trained on."""
 
 from __future__ import annotations
 
@@ -125,14 +125,21 @@ _MATERIALS = ("lossy", "slow_material", "several")
 
 
 class RigScores(Record, frozen=True, kw_only=True):
-    """Scores of one method over random rigs: RMSE, coverage and width of intervals, by key."""
+    """Mean scores of one method over random rigs, with intervals.
+
+    The keys name the scores: RMSE in Shore A, and coverage and width of intervals. ``gains`` are
+    differences from the reference method.
+    """
 
     scores: dict[str, float]
     intervals: dict[str, Ends]
     gains: dict[str, Ends]
 
     def cell(self, key: str, unit: str) -> Cell:
-        """Return a score with its interval as a table cell, with the gain over the reference."""
+        """Return the score ``key`` as a table cell with its interval and its gain.
+
+        The gain is that over the reference method, for scores in Shore A.
+        """
         if key not in self.scores:  # results of an older version
             return format_cell(None, unit)
         cell = format_cell(Bounded(self.scores[key], self.intervals[key]), unit)
@@ -145,8 +152,8 @@ class RigScores(Record, frozen=True, kw_only=True):
 def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigScores]]:
     """Return mean scores over rigs, with intervals and gains, for each group and method.
 
-    ``rows`` has the shape (rigs, groups, methods, keys). Gains are over the first method of a
-    group.
+    ``rows`` has the shape (rigs, groups, methods, keys), with squared errors. Gains are over the
+    first method of a group.
     """
     is_error = np.array([key.split()[-1] not in ("bias", "coverage", "width") for key in keys])
 
@@ -174,7 +181,7 @@ def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigSco
 
 
 def families_and_jobs(brief: bool, rigs: int) -> tuple[list[str], int, list[tuple[str, int]]]:
-    """Return names of families, number of rigs of each, and a job (family, number) for each rig."""
+    """Return names of families, number of rigs per family, and a job (family, number) per rig."""
     names, count = (["linear_pad", "several"], 1) if brief else (list(STRUCTURES), rigs)
     return names, count, [(name, number) for number in range(count) for name in names]
 
@@ -199,11 +206,11 @@ def judged_rig(
     delay: tuple[float, float] = DELAY,
     is_quiet: bool = False,
 ) -> JudgedRig:
-    """Simulate one rig of a family, and return its labelled contacts.
+    """Simulate rig ``number`` of the family ``name``, and return its labelled contacts.
 
-    Options change nothing else of the rig: mean and standard deviation of the delay with which
-    contacts are placed, in samples (``delay``), or the rig's own noise is a tenth, without clicks
-    (``is_quiet``).
+    The other options change nothing else of the rig. With ``free_speed``, the closing speed is
+    random. ``delay`` is the mean and standard deviation of the delay of placed contacts, in
+    samples. With ``is_quiet``, the rig has a tenth of its noise and no clicks.
     """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
@@ -273,14 +280,14 @@ def _quiet(noise: MotorNoise) -> MotorNoise:
 
 
 def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig with a random closing speed. The motor's speed changes in proportion."""
+    """Return the rig with a random closing speed. The speed of its motor changes in proportion."""
     factor = math.exp(rng.uniform(*np.log(FREE_SPEED)))
     finger = rig.finger._replace(speed=rig.finger.speed * factor)
     return replace(rig, finger=finger, noise=rig.noise.scaled(factor, 1.0))
 
 
 def draw_delay(rng: Rng, delay: tuple[float, float]) -> int:
-    """Return a random delay of a placed contact in samples, from mean and standard deviation."""
+    """Return a random delay of a placed contact, in samples. ``delay`` is (mean, deviation)."""
     return int(np.clip(round(rng.normal(*delay)), -MARGIN, MARGIN))
 
 

@@ -1,4 +1,4 @@
-"""Simulated pinches of blocks and objects by two hands, from seeds that nothing else uses.
+"""Simulated pinches of blocks and objects by two hands, from seeds that only the study uses.
 
 Only the time around the contacts is simulated.
 """
@@ -33,7 +33,7 @@ FLAT = 1.0
 
 
 class Use(StrEnum):
-    """Use of a pinch in a set of simulated pinches: to learn from, or to predict."""
+    """Use of a simulated pinch in a comparison: to learn from, or to predict."""
 
     #: Blocks for conditioning, and blocks of other sessions.
     BLOCKS = "blocks"
@@ -141,5 +141,5 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
 
 
 def _moved(pinch: Pinch, late: int) -> Contact | None:
-    """Return the first contact of a pinch, moved ``late`` samples later."""
+    """Return the first contact of a pinch, ``late`` samples later; None without a contact."""
     return None if pinch.first is None else replace(pinch.first, sample=pinch.first.sample + late)

@@ -1,4 +1,4 @@
-"""Run of a whole study: its datasets, its steps in order, and its files."""
+"""Run of a whole study: its datasets, the order of its steps, and its files."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def plan(
 
 
 def _set_name(recordings: Path | None) -> str:
-    """Return the name of the recordings' folder or file, for results."""
+    """Return the name under which results mention the recordings: that of their folder or file."""
     name = "" if recordings is None else recordings.resolve().stem
     return name.encode("utf-8", "replace").decode() or "recordings"
 
@@ -108,7 +108,7 @@ def recorded(path: Path, out: Path) -> Dataset:
 
 
 def check_sources(path: Path | None, out: Path) -> None:
-    """Raise an InputError if the recordings cannot be used. None stands for the twin."""
+    """Raise an InputError if the data at ``path`` cannot be studied. None stands for the twin."""
     if path is None:
         for condition in CONDITIONS:
             check_fresh(out / _RECORDINGS / condition)
@@ -132,7 +132,7 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Return the recordings at a path, and folders below it that are reports of studies."""
+    """Return the recordings at a path, and the folders below it that earlier studies made."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

@@ -1,4 +1,4 @@
-"""Scores and splits of the study: by time after the contact, by object, and of ranks."""
+"""Splits of a study, and scores by time after the contact, by object, and of ranks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RANDOM_TEST = 0.1
 
 
 def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
-    """Return the paper's split: a random 90 % of the pinches of each class for training."""
+    """Return the paper's split: a random 90 % of the pinches of each class train the model."""
     from sklearn.model_selection import StratifiedShuffleSplit
 
     splitter = StratifiedShuffleSplit(1, test_size=RANDOM_TEST, random_state=seed)
@@ -39,7 +39,7 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = RANDOM_FOLDS) -> list[Split]:
-    """Return random stratified folds. Scores on them are optimistic: use them for comparison."""
+    """Return random stratified folds. Scores on them are optimistic: only compare them."""
     from sklearn.model_selection import StratifiedKFold
 
     _, strata, counts = np.unique(classes, return_inverse=True, return_counts=True)
@@ -55,24 +55,27 @@ def random_folds(classes: NDArray[Any], seed: int, folds: int = RANDOM_FOLDS) ->
 
 
 def unseen_objects(test: NDArray[np.bool_], shares: Sequence[Group] = ()) -> Split:
-    """Return the split that trains on pinches of role ``train`` and tests on role ``test``."""
+    """Return the split that trains on pinches of role ``train`` and tests on role ``test``.
+
+    ``test`` is True for pinches of role ``test``. ``shares`` names what both sides have in common.
+    """
     learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
     return Split("unseen objects", learn, ask, frozenset(shares))
 
 
 def learns_one_value(splits: Sequence[Split], values: NDArray[Any]) -> bool:
-    """Return True if the training side of some split has fewer than two distinct values."""
+    """Return True if the training side of any split has fewer than two distinct values."""
     return any(len(np.unique(values[split.train])) < 2 for split in splits)
 
 
 def never_learned(splits: Sequence[Split], classes: NDArray[Any]) -> NDArray[Any]:
-    """Return the classes that some split tests, but does not have in its training data."""
+    """Return the classes that some split tests without training on them."""
     lacking = [np.setdiff1d(classes[split.test], classes[split.train]) for split in splits]
     return np.unique(np.concatenate(lacking)) if lacking else classes[:0]
 
 
 class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Scores over ``n`` pinches, by the time after the contact, ms."""
+    """Scores over ``n`` pinches. The keys are times after the contact, ms."""
 
     n: int
     rmse: dict[str, float]
@@ -83,7 +86,7 @@ class AnytimeScores(Record, frozen=True, kw_only=True):
 
 
 class MeanErrors(Record, frozen=True, kw_only=True):
-    """Errors of mean predictions, one for each specimen. The ``n`` specimens have equal weight."""
+    """Errors, Shore A, of the mean prediction of each of ``n`` specimens or objects."""
 
     rmse: float
     mae: float
@@ -111,7 +114,10 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 def predictions_by_time(
     model: TouchPredictor, touches: Touches, times: Sequence[int] = Touches.SCORED_MS
 ) -> dict[int, Predictions]:
-    """Return predictions by time after the contact, ms, without samples of the second contact."""
+    """Return the predictions of a model by time after the contact, ms.
+
+    Samples from the second contact on are not used.
+    """
     return {
         ms: model.predict_touches(touches.until(samples_in(1e-3 * ms, touches.rate)))
         for ms in times
@@ -155,7 +161,7 @@ def anytime_scores(
 
 
 def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predictions]:
-    """Return the predictions for several groups of contacts, joined at each time."""
+    """Return the predictions for several groups of contacts, concatenated at each time, ms."""
     joined = {}
     for ms in parts[0]:
         columns = zip(*(part[ms].columns for part in parts), strict=True)
@@ -165,7 +171,7 @@ def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predic
 
 
 def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
-    """Return the errors of mean predictions, one for each object. Objects have equal weight."""
+    """Return the errors of the mean prediction of each object. Objects have equal weight."""
     error = np.array([o.mean - o.true for o in each.values()])
     return MeanErrors(
         rmse=float(np.sqrt((error**2).mean())),

@@ -1,4 +1,4 @@
-"""Closings of simulated rigs that differ from the twin in motor, noise, start-up and contact.
+"""Simulated closings of rigs that differ from the twin in motor, noise, start and contact.
 
 The twin simulates only the mechanics of the contact, with a silent motor and parameters outside the
 training range. This module makes all other parts of the signals. No model is trained on these
@@ -64,7 +64,7 @@ def _unit(x: Values) -> Values:
 
 
 def _slow(rng: Rng, n: int, seconds: float) -> Values:
-    """Return slow noise around 0, with unit spread and a correlation time of ``seconds``."""
+    """Return slow noise with mean 0, standard deviation 1 and a correlation time of ``seconds``."""
     knots = max(2, math.ceil(n / FINGERTIP_RATE / seconds) + 2)
     at = np.linspace(0, knots - 1, n)
     out: Values = np.interp(at, np.arange(knots), rng.standard_normal(knots))
@@ -72,13 +72,16 @@ def _slow(rng: Rng, n: int, seconds: float) -> Values:
 
 
 def _phase(rng: Rng, rate: Values | float, n: int, jitter: float) -> Values:
-    """Return the angle of a shaft, in turns. Its rate, Hz, varies by the share ``jitter``."""
+    """Return the angle of a shaft over ``n`` samples, in turns.
+
+    ``rate`` is its speed in turns per second, which varies by the share ``jitter``.
+    """
     speed = rate * (1.0 + jitter * _slow(rng, n, 0.05))
     return rng.random() + np.cumsum(np.broadcast_to(speed, n)) / FINGERTIP_RATE
 
 
 def _pulses(turns: Values, heights: Values) -> Values:
-    """Return a signal with a pulse whenever ``turns`` passes a whole number, else 0."""
+    """Return a signal with a pulse at each sample where ``turns`` passes a whole number."""
     out = np.zeros(len(turns))
     hits = np.flatnonzero(np.diff(np.floor(turns)) > 0) + 1
     out[hits] = np.resize(heights, len(hits))
@@ -95,7 +98,11 @@ def _ring(x: Values, frequency: float, damping: float) -> Values:
 
 
 def _brushes(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Return the noise of a brushed motor's commutator: pulses of uneven height."""
+    """Return the noise of a brushed motor's commutator: pulses of uneven height.
+
+    ``n`` is the number of samples, ``pace`` the speed relative to the usual one, and ``size`` the
+    rig's numbers by name.
+    """
     turns = _phase(rng, 3 * size["rate"] * pace, n, 0.01)
     heights = np.exp(0.5 * rng.standard_normal(997)) * rng.choice((-1.0, 1.0), 997)
     return _unit(_ring(_pulses(turns, heights), size["ring"], 0.08) + 0.02 * _white(rng, n))
@@ -151,7 +158,10 @@ MOTORS: Mapping[str, Motor] = {
 
 
 def _disturbances(rng: Rng, n: int, size: Mapping[str, float]) -> tuple[Values, Values]:
-    """Return clicks of gears, as multiples of the motor's RMS, and the changing loudness."""
+    """Return clicks of the gears as multiples of the motor's RMS, and its changing loudness.
+
+    Both have ``n`` samples. ``size`` holds the rig's numbers by name.
+    """
     clicks, swells = np.zeros(n), np.ones(n)
     for start in rng.integers(0, n, rng.poisson(size["clicks"] * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -197,7 +207,7 @@ FLOORS: Mapping[str, Callable[[Rng, int], Values]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StructuredRig:
-    """Simulated hand with another motor, other noise and another contact than the twin."""
+    """Simulated hand whose motor, noise and contact differ from the twin's."""
 
     seed: int
     motor: str
@@ -213,7 +223,10 @@ class StructuredRig:
     holder: tuple[float, float]
 
     def closing(self, key: str, target: RandomObject | None, label: Label, free: float) -> Pinch:
-        """Simulate a closing from rest on the object ``target``, or on no object."""
+        """Simulate a closing from rest on the object ``target``, or on nothing if it is None.
+
+        ``free`` is the time from the motor's start to the contact, s.
+        """
         rng = generator(self.seed, "closing", key)
         begin = round(REST * FINGERTIP_RATE)
         first = begin + round(free * FINGERTIP_RATE)
@@ -251,7 +264,7 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Return the contacts of both fingers, and the voltages that they cause in both sensors."""
+        """Return the contacts of both fingers, and the voltages that they cause in both piezos."""
         if target is None:
             return (), np.zeros((0, 2))
         draw = draw_pinch(self.seed, CONDITIONS["everyday"], "any", BLOCKS[0], key)

@@ -1,4 +1,4 @@
-"""Any-time estimator made of several window models, one for each window length.
+"""Any-time estimator that is made of one window model for each window length.
 
 Each model has a conformal interval from held-out sessions. So registered estimators and users'
 regressors can be compared with the network.
@@ -31,7 +31,7 @@ Predict = Callable[[Windows], Values]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rung:
-    """Model of one window length. Without enough held-out windows it has no interval."""
+    """Model of one window length. If it had too few held-out windows, it has no interval."""
 
     samples: int
     predict: Predict
@@ -41,7 +41,10 @@ class _Rung:
 
 
 class LadderModel:
-    """Models of several window lengths, of which the longest before the second contact predicts."""
+    """Any-time model made of window models of several lengths.
+
+    The longest one whose window ends before the second contact predicts.
+    """
 
     def __init__(self, rungs: Sequence[_Rung]) -> None:
         self._rungs = tuple(rungs)
@@ -85,7 +88,7 @@ def fit_window_ladder(
     *,
     seed: int = 0,
 ) -> LadderModel:
-    """Fit an estimator, or a user's regressor, to windows of each length that is scored."""
+    """Fit an estimator, or a user's regressor, to windows of each length in use."""
 
     def fit(X: Windows, y: Values, groups: Groups) -> Predict:
         made = make_estimator(estimator, Task.REGRESSION, touches.rate)

@@ -1,1 +1,1 @@
-"""Commands of ``firstcontact_lab``. Entry points add them to the command line."""
+"""Commands of ``firstcontact_lab``, which entry points add to ``firstcontact``."""

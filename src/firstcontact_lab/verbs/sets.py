@@ -1,4 +1,4 @@
-"""``firstcontact sets``: score the detectors on several sets of real recordings."""
+"""``firstcontact sets``: score contact detectors on several sets of real recordings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from firstcontact.core.installation import require_modules
 
 @dataclass(frozen=True)
 class Sets:
-    """Score the detectors on several real sets, and report them on one page.
+    """Score contact detectors on several sets of real recordings, and write one report page.
 
     A set is a folder of recordings. It may also have noise/ (recordings without touches),
     results.json of a study, and front_ends.csv (session,front_end: sensor and recording device).

@@ -1,4 +1,4 @@
-"""Registered parts of a study, in the order of the report."""
+"""Parts of a study by name, in the order of the report."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ PARTS: Registry[Part] = Registry(
 
 
 def chosen_parts(names: Sequence[str]) -> dict[str, Part]:
-    """Return the parts with these names, or the default parts, and all parts that they need."""
+    """Return the parts with these names and all parts that they need.
+
+    Default parts for no names.
+    """
     chosen: set[str] = set()
 
     def choose(name: str) -> None:

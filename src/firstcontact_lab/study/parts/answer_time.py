@@ -34,13 +34,13 @@ class Answers(Record, frozen=True, kw_only=True):
 
 
 class AnswerTimes(Answers, frozen=True, kw_only=True):
-    """Times from contact to estimate, for the default window length and for others, in ms."""
+    """Times from contact to estimate, ms, for the default window length and for other lengths."""
 
     window_length_ms: dict[str, Answers]
 
 
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
-    """Measure the time from the true contact to a complete window, by window length."""
+    """Measure the time from the true contact to a complete window, for each window length."""
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
         return missing(
@@ -70,9 +70,10 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch whose true contact is known, and the time from there to an estimate, s.
+    """Yield each pinch with a known true contact, and the time from that contact to an estimate, s.
 
-    The time is None if no contact was detected, or a wrong one.
+    The time is None if the detected contact is wrong or missing. ``answer_sample`` returns the
+    sample with which an estimate is complete. Labels may be ``early`` s too late.
     """
     waited = resampler_lookahead(dataset)
     for pinch, contact in zip(dataset.pinches, contacts, strict=True):
@@ -88,7 +89,7 @@ def waits(
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
     """Return the share of pinches with an estimate before the second contact, and their number.
 
-    Only pinches with a known second contact count. Without such pinches both are None.
+    Only pinches with a known second contact count. Without such pinches, both are None.
     """
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
     early = sum(seconds is not None and seconds < offset for offset, seconds in both)

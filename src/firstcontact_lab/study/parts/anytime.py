@@ -1,4 +1,4 @@
-"""Scores of estimates at several times after the contact."""
+"""Scores of any-time estimators at several times after the contact."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class OtherScores(Record, frozen=True, kw_only=True):
 
 
 class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
-    """Scores of ``estimator`` on unseen objects or, without such objects, on held-out sessions."""
+    """Scores of ``estimator`` on unseen objects. A dataset without them has held-out sessions."""
 
     pinches: str = field(name="asked")
     level: float
@@ -147,7 +147,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> LabelledTouches | None:
-    """Return the training contacts that the network is adapted to; None if there are too few."""
+    """Return the training contacts that the network is conditioned on; None if they are too few."""
     home = labelled.take(labelled.touches.answerable & ~subject.dataset.test[labelled.rows])
     return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
 
@@ -171,10 +171,10 @@ def _predict(
     seed: int,
     regressors: Sequence[str],
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
-    """Adapt all estimators to the training side of a split. Return their predictions by time.
+    """Adapt all estimators to the training side of a split, and predict its test side.
 
-    Returned are the adapted default model and the predictions by estimator and time, ms. Without a
-    test side, the unseen objects are predicted.
+    Return the adapted default model, and the predictions by estimator and time, ms. If the split
+    has no test side, ``objects`` are predicted.
     """
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
@@ -209,7 +209,7 @@ def _block_scores(
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:
-    """Return the error of the default window estimator, which needs a whole window; or None."""
+    """Return the error of the default window estimator, or None if it has no whole windows."""
     name = ESTIMATORS.default
     if (name, UNSEEN) not in subject.predictions:
         return None
@@ -227,7 +227,10 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 
 
 def known_before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and their number."""
+    """Return the share of pinches with an estimate before the second contact, and their number.
+
+    Both are None if it is unknown for all pinches. Labels may be ``early`` s too late.
+    """
     dataset = subject.dataset
     if not subject.detections:
         return None, None

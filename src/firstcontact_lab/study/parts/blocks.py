@@ -53,7 +53,7 @@ class WindowCounts(Record, frozen=True, kw_only=True):
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Scores of regression and of classification in one split; None for missing scores."""
+    """Scores of one estimator in one split. Scores that were not measured are None."""
 
     rmse: float | None = None
     mae: float | None = None
@@ -317,7 +317,7 @@ _CAPTIONS = {
 
 
 def able(slow: bool) -> list[str]:
-    """Return the names of installed estimators that train slowly, or of those that do not."""
+    """Return the names of the installed estimators that train slowly, or with False the others."""
     entries = window_estimators().items()
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 

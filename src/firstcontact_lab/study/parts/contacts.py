@@ -1,4 +1,4 @@
-"""Scores of contact detection on sessions that the detector was not trained on."""
+"""Scores of contact detectors on sessions that they were not trained on."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ _LATE = 1e3 * TOLERANCE
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Time by which an accepted contact may precede its label, ms, and texts about it."""
+    """Time by which a correct contact may precede its label, ms, and texts about this tolerance."""
 
     early: float
 
     @classmethod
     def from_results(cls, subjects: Subjects) -> Accepted:
-        """Return the accepted times of a study, which are the same for all of its datasets."""
+        """Return the tolerance of a study, which is the same for all of its datasets."""
         early = (results[CONTACT].about.early_ms or 0.0 for results in subjects.values())
         return cls(max(early, default=0.0))
 
@@ -58,14 +58,14 @@ class Accepted:
 
     @property
     def placed(self) -> str:
-        """Text about accepted positions of contacts, such as "within ±3 ms"."""
+        """Text about the accepted positions of contacts, such as "within ±3 ms"."""
         if not self.early:
             return f"within ±{_LATE:g} ms"
         return f"−{self.early + _LATE:g} to +{_LATE:g} ms from its label"
 
     @property
     def decided(self) -> str:
-        """Text about accepted times of decisions, such as "within 3 ms"."""
+        """Text about the accepted times of decisions, such as "within 3 ms"."""
         if not self.early:
             return f"within {_LATE:g} ms"
         return f"−{self.early:g} to +{_LATE:g} ms from its label"
@@ -205,13 +205,16 @@ PUBLISHED = {"three_sigma": 0.906, "svm": 1.0}
 
 
 def window_starts(subjects: Subjects) -> list[str]:
-    """Return the detectors whose contacts start the windows; "known" stands for true contacts."""
+    """Return the names of the detectors at whose contacts the studied windows start.
+
+    The name "known" stands for true contacts.
+    """
     starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
     return distinct(start for start in starts if start is not None)
 
 
 def is_learned(results: SubjectResults) -> bool:
-    """Return True if windows start at contacts of a trained detector."""
+    """Return True if windows start at the contacts of a trained detector."""
     return names.learned(results[CONTACT].about.windows_start_at)
 
 

@@ -33,7 +33,7 @@ DIMPLES, RIGID = "pad on dimples", "rigid tip"
 
 
 class TouchScores(Record, frozen=True, kw_only=True):
-    """Peak voltages of a touch, and relative differences of the twin from finite elements."""
+    """Peak voltages of one touch by the twin and by finite elements, and relative differences."""
 
     twin: float
     elements: float
@@ -43,7 +43,7 @@ class TouchScores(Record, frozen=True, kw_only=True):
 
 
 class LossBias(Record, frozen=True, kw_only=True):
-    """Excess of hardness that an object's peak voltage suggests, by its damping, Shore A."""
+    """Excess of the Shore A that an object's peak voltage suggests, for each kind of damping."""
 
     none: float
     fast: float
@@ -51,7 +51,11 @@ class LossBias(Record, frozen=True, kw_only=True):
 
 
 class Continuum(Record, frozen=True, kw_only=True):
-    """Comparison of the twin with elements: scores by tip and object, power and R² of peaks."""
+    """Comparison of the twin with finite elements.
+
+    ``tips`` has scores by tip and object. ``powers`` and ``lines`` have the exponents and R² of
+    fits to the peaks.
+    """
 
     tips: dict[str, dict[str, TouchScores]]
     powers: dict[str, float]
@@ -110,7 +114,10 @@ def _scores(comparison: Comparison) -> TouchScores:
 
 
 def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
-    """Return the exponent with which peaks of blocks grow with Shore A, and R² of a line."""
+    """Return (exponent, R²) of two fits to the peak voltages of blocks over their Shore A.
+
+    The exponent is that of a power law, and R² that of a straight line.
+    """
     shore = np.array([BLOCKS[name] for name in peaks if name in BLOCKS])
     volts = np.array([peak for name, peak in peaks.items() if name in BLOCKS])
     power = np.polyfit(np.log(shore), np.log(volts), 1)[0]
@@ -118,7 +125,7 @@ def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
 
 
 def loss_biases(names: Sequence[str]) -> dict[str, LossBias]:
-    """Return how much too hard each object seems by the peak voltage of one touch, Shore A."""
+    """Return by how many Shore A each object seems too hard, judged by the peak of one touch."""
     finger = FingerParameters()
     times = np.arange(0.0, DURATION, INTERVAL)
 
@@ -221,7 +228,10 @@ def _tables(results: SubjectResults) -> list[Table | None]:
 
 
 def largest_of(found: Continuum) -> dict[str, _Largest]:
-    """Return the largest scores of a file's blocks and solid fruit by tip, and of other shapes."""
+    """Return the number of touches and their largest scores, by group of shapes.
+
+    Blocks and solid fruit are grouped by tip, other shapes by shape.
+    """
     groups: dict[str, list[TouchScores]] = {}
     for name, scores in found.waveforms.items():
         shape, _, tip, *_ = name.split("-")

@@ -1,4 +1,4 @@
-"""Description of the data of a study, and the times between its two contacts."""
+"""Description of the studied data, and of the times from first to second contact."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Offsets(Record, frozen=True, kw_only=True):
 
 
 class EarlyForce(Record, frozen=True, kw_only=True):
-    """Share of its final force that the first finger has before the second contact."""
+    """Force of the first finger before the second contact, as a share of its final force."""
 
     median: float
     p95: float
@@ -60,7 +60,10 @@ class EarlyForce(Record, frozen=True, kw_only=True):
 
 
 def early_force(pinch: Pinch) -> float | None:
-    """Return the first finger's force before the second contact as a share of its force later."""
+    """Return the first finger's force before the second contact, as a share of its final force.
+
+    None stands for a pinch without this measurement.
+    """
     first, second = pinch.first, pinch.second
     if first is None or second is None or first.finger is None:
         return None
@@ -119,7 +122,7 @@ def describe(subject: Subject) -> PartResult:
 
 
 def _merged(notes: Sequence[str]) -> list[str]:
-    """Return the first twelve different notes, and a line with the number of others."""
+    """Return the first twelve different notes, and a line with the number of the others."""
     unique = list(dict.fromkeys(notes))
     more = len(unique) - 12
     return unique if more <= 0 else [*unique[:12], f"... and {more} more notes of this kind."]

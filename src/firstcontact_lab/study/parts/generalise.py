@@ -1,4 +1,4 @@
-"""Scores beyond the training blocks: unseen objects, another hand, and a Shore A left out."""
+"""Scores beyond the training blocks: on unseen objects, another hand, or a Shore A left out."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> Par
     if subject.name not in CONDITIONS:
         return PartResult()
     sizes = BRIEF if settings.brief else Sizes()
-    late = _late(subject, settings.early)
+    late = _contact_delays(subject, settings.early)
     seeds = settings.rig_seeds
     sets = rig_sets(seeds, CONDITIONS[subject.name], sizes, late, runner)
     results = compared(partial(_competitors, settings), sets, seeds, settings.seed, runner)
@@ -58,8 +58,8 @@ def _competitors(settings: StudySettings, place: int) -> list[Competitor]:
     return [*out, MASKED, *NETWORK]
 
 
-def _late(subject: Subject, early: float) -> list[int]:
-    """Return how many samples after the true contact each correctly detected one lies."""
+def _contact_delays(subject: Subject, early: float) -> list[int]:
+    """Return the delay of each correctly detected contact after the true one, in samples."""
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     late = [
         contact.sample - pinch.first.sample
@@ -171,7 +171,7 @@ def _table(
 
 
 def _remark(scores: OffBlocks, sets: int) -> str:
-    """Return text on settings that differ from the defaults, and on missing rigs; or ""."""
+    """Return text on options that are not the defaults, and on rigs without scores; "" if none."""
     options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
     return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
 

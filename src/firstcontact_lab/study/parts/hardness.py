@@ -1,4 +1,4 @@
-"""Order of hardness from first contacts, for materials whose Shore A is unknown."""
+"""Prediction of the order of hardness, for materials whose Shore A is unknown."""
 
 from __future__ import annotations
 
@@ -70,13 +70,13 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
 
     @property
     def rho_left_out(self) -> float | None:
-        """Spearman's rho between true ranks and those predicted for left-out materials, or None."""
+        """Spearman's rho of true and predicted ranks of left-out materials, or None without it."""
         left_out = self.leave_one_material_out
         regression = left_out.rank_regression if left_out else None
         return regression.rho if regression else None
 
     def classes_left_out(self) -> dict[str, ClassificationScores]:
-        """Return by estimator the scores of hardness classes predicted for left-out materials."""
+        """Return the scores of hardness classes predicted for left-out materials, by estimator."""
         left_out = self.leave_one_material_out
         return (left_out.classification if left_out else None) or {}
 
@@ -158,7 +158,10 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return the predictions to score with these pinches, and reasons why others are impossible."""
+    """Return the questions that these windows permit, and the reasons why others are impossible.
+
+    The key of a question is (split, estimator or score).
+    """
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default

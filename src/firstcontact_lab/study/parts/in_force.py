@@ -1,4 +1,4 @@
-"""Errors of the last estimate that is available when the second finger touches."""
+"""Errors of the last estimate that is available before the second finger touches."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ class LiveDelays(msgspec.Struct, frozen=True):
     later_ms: _Ascending
 
     def quantiles(self, shares: Values, *, is_first: bool) -> Values:
-        """Return quantiles of the delay of a closing's first estimate, or of later ones, s."""
+        """Return quantiles of the delay of an estimate, s, from delays measured in live sessions.
+
+        With ``is_first`` they are those of a closing's first estimate, otherwise of later ones.
+        """
         delays = self.first_ms if is_first else self.later_ms
         return np.asarray(1e-3 * np.quantile(delays, shares))
 
@@ -113,7 +116,10 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
 
 
 def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.intp]:
-    """Return how many samples the last estimate before the second contact has, for each pinch."""
+    """Return the signal length of each pinch's last estimate before the second contact, in samples.
+
+    0 stands for a pinch without such an estimate. Each closing gets random delays.
+    """
     dataset = subject.dataset
     rate = dataset.layout.rate
     waited = resampler_lookahead(dataset)

@@ -1,4 +1,4 @@
-"""Computing time of one estimate on this computer, also with the training library."""
+"""Computing time of one estimate on this computer, also if the training library computes it."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ Call = Callable[[Any], object]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timed:
-    """Measured times of single calls, µs, and marks of those that were interrupted."""
+    """Durations of single calls, µs, and a mask of the calls that were interrupted."""
 
     microseconds: NDArray[np.float64]
     preempted: NDArray[np.bool_]
 
     @property
     def uninterrupted(self) -> NDArray[np.float64]:
-        """Times of the calls that were not interrupted, µs; of all calls if none remains."""
+        """Durations of the uninterrupted calls, µs. If all were interrupted, those of all calls."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
 
 def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
-    """Measure ``calls`` single calls, with each window in turn, after some that fill the caches."""
+    """Measure ``calls`` single calls, one window each in turn, after calls that fill the caches."""
     for i in range(min(WARM_UP, calls)):
         call(windows[i % len(windows)])
     spent = np.empty(calls)
@@ -84,7 +84,7 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 
 
 def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
-    """Return the computing time of single calls on one thread, with each input in turn."""
+    """Measure the computing time of single calls on one thread, one input each in turn."""
     import threadpoolctl
 
     load = os.getloadavg()[0]  # runnable processes in the last minute
@@ -145,7 +145,7 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 
 
 def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
-    """Return the computing time of the network's first estimate, or None if it cannot predict."""
+    """Return the computing time of the network's first estimate; None if it cannot predict."""
     model = pretrained()
     if not subject.detections or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None
@@ -161,7 +161,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:
-    """Return a briefly trained model. Slow estimators learn from a part of the pinches."""
+    """Return a model for timing only, after a short training. Slow estimators get fewer pinches."""
     model, task = job
     entry = ESTIMATORS.find(model)
     options = dict(entry.quick)

@@ -1,4 +1,4 @@
-"""Errors of the Shore A of objects that were not in the training data."""
+"""Errors on objects that no estimator was trained on."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def objects(
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
-    """Return [the split into training and unseen objects], or [] if it is impossible."""
+    """Return the split into training pinches and unseen objects in a list; empty if impossible."""
     if why_not_unseen(subject) or not data.test.any() or data.test.all():
         return []
     split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])
@@ -123,7 +123,10 @@ def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
 
 
 def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> ObjectScores:
-    """Return scores over pinches and by object. Bootstrap intervals draw whole specimens."""
+    """Return the errors over all pinches and by object.
+
+    Bootstrap intervals draw whole specimens.
+    """
     is_predicted = np.isfinite(predicted)
     selected, answers = data.take(is_predicted), predicted[is_predicted]
     scores = regression_scores(selected.y, answers, specimen_names(selected), seed)
@@ -132,7 +135,7 @@ def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> Object
 
 
 def specimen_names(data: LabelledWindows) -> NDArray[np.str_]:
-    """Return the specimen of each window, or its object if no specimen is named."""
+    """Return the specimen of each window. An unnamed specimen has the name of its object."""
     return np.where(data.specimens == "", data.objects, data.specimens)
 
 
@@ -161,7 +164,7 @@ def why_not_unseen(subject: Subject) -> str:
 
 
 def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
-    """Return all pairs of object and specimen. Unnamed objects are named by their Shore A."""
+    """Return all pairs (object, specimen). An unnamed object is named by its Shore A."""
     labels = [pinch.label for pinch in dataset.pinches]
     return {
         (label.object or ("" if label.shore_a is None else f"{label.shore_a:g}"), label.specimen)

@@ -1,6 +1,7 @@
-"""Scores on random simulated rigs of kinds that no network was trained on.
+"""Scores on families of random simulated rigs that no network was trained on.
 
-Compared are the network, a regression, averages of both, and measured closing speeds.
+It compares the network, a regression, averages of both, and models that get a measured closing
+speed.
 """
 
 from __future__ import annotations
@@ -107,7 +108,10 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
-    """Return errors, coverages and widths of all methods on one rig, (methods, ``KEYS``)."""
+    """Return squared errors, coverages and widths of all methods on one rig, (methods, ``KEYS``).
+
+    ``job`` is the family of the rig and its number.
+    """
     rig = judged_rig(*job, seed)
     told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
     exact, strips = (judged_rig(*job, seed, delay=delay) for delay in (ALIKE, STRIPS))
@@ -127,7 +131,7 @@ Predict = Callable[[Touches, int], Predicted]
 
 
 def _block_pinches(rig: JudgedRig) -> tuple[Touches, Values, NDArray[np.str_]]:
-    """Return contacts of the rig's own block pinches, their Shore A, and their sessions."""
+    """Return the rig's contacts with blocks to adapt to, their Shore A, and their sessions."""
     is_own = rig.uses == OWN
     return rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
 
@@ -230,7 +234,7 @@ Columns = Sequence[tuple[str, str, str]]
 def score_table(
     judged: RandomRigs | ClosingSpeeds, title: str, other: str, columns: Columns, lines: list[Line]
 ) -> Table:
-    """Return a table of scores on random rigs, and of the differences from one of the methods."""
+    """Return a table of scores on random rigs, and of the differences from the method ``other``."""
     caption = (
         f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
         f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs; in "
@@ -327,7 +331,10 @@ def measure_speed(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
-    """Return scores on one rig by model and error of measured speeds, (models, errors, keys)."""
+    """Return scores on one rig, (models, errors of the measured closing speed, keys).
+
+    ``job`` is the family of the rig and its number. With ``free``, the speed is random.
+    """
     rig = judged_rig(*job, seed, free_speed=free)
     rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
     scores = [_speed_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]
@@ -337,9 +344,9 @@ def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[li
 def _measured(
     rig: JudgedRig, measured: tuple[float, bool] | None, rng: np.random.Generator
 ) -> JudgedRig:
-    """Return the rig with closing speeds measured with an error, or the rig without any.
+    """Return the rig with measured closing speeds, or unchanged if ``measured`` is None.
 
-    ``measured`` is the relative error, and True if the model is given this error.
+    ``measured`` is (relative error of the speeds, True if the model gets to know this error).
     """
     if measured is None:
         return rig
@@ -350,7 +357,7 @@ def _measured(
 
 
 def _speed_scores(rig: JudgedRig) -> list[list[float]]:
-    """Return mean squared errors and coverage of each model, shape (models, ``SPEED_KEYS``)."""
+    """Return mean squared error and coverage of each model on one rig, (models, ``SPEED_KEYS``)."""
     model = _adapted(rig)
     out = []
     for each in (model.network_alone(), model):

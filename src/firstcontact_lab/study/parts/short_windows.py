@@ -1,4 +1,4 @@
-"""Hardness class from the first milliseconds, for materials left out of training."""
+"""Prediction of the hardness class from the first milliseconds, for materials left out."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SHOWN_MS = ("3", "15")
 
 
 class Reading(Record, frozen=True, kw_only=True):
-    """Scores of one estimator on one kind of windows."""
+    """Scores of one estimator on windows of one kind (smoothed or not, labelled or detected)."""
 
     estimator: str
     conditioned: bool
@@ -41,7 +41,7 @@ class Reading(Record, frozen=True, kw_only=True):
 
     @property
     def title(self) -> tuple[str, str]:
-        """Title of the estimator, and text that describes the windows."""
+        """Title of the estimator, and a text that describes the windows."""
         signal = "behind the published smoothing" if self.conditioned else "signal as sent"
         start = "labelled" if self.known_contacts else "detected"
         return names.estimator(self.estimator).title, f"{signal}, {start} contacts"
@@ -90,10 +90,10 @@ class _Variant:
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     if not subject.has_known_contacts:
         return missing("Short windows of materials left out: no pinch has a known first contact.")
-    ways = _ways(subject)
+    ways = _variants(subject)
     full = {reading: _windows(subject, reading, DURATION) for reading in ways}
     data = full[ways[0]]
-    if lacking := _lacking(data):
+    if lacking := _shortage(data):
         return missing(f"Short windows of materials left out: {lacking}.")
     lengths = BRIEF if settings.brief else Touches.SCORED_MS
     questions = {
@@ -133,7 +133,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
     return PartResult([REAL({subject.set_name: real})], [accuracy_figure(real)])
 
 
-def _ways(subject: Subject) -> list[_Variant]:
+def _variants(subject: Subject) -> list[_Variant]:
     """Return all pairs of an estimator and a kind of windows to score, the main pair first."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
@@ -152,7 +152,10 @@ def _ways(subject: Subject) -> list[_Variant]:
 
 
 def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWindows:
-    """Return windows of the pinches whose material has a name and a hardness rank."""
+    """Return windows of ``duration`` s, labelled by the hardness rank of their material.
+
+    Pinches of a material without a name or a rank are left out.
+    """
     dataset = subject.dataset
     rank = np.where(dataset.objects != "", dataset.hardness_rank, np.nan)
     contacts = subject.truth if reading.labelled else subject.starts
@@ -160,7 +163,7 @@ def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWi
     return replace(real, sessions=real.objects, specimens=real.objects)
 
 
-def _lacking(data: LabelledWindows) -> str:
+def _shortage(data: LabelledWindows) -> str:
     """Return the reason why these windows are too few for this part; "" if they are enough."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
@@ -233,7 +236,7 @@ def _set(
         score=SCORE,
         rho=raw.rho,
         p=raw.p,
-        most_rho=_most(order),
+        most_rho=_highest_rho(order),
         conditioned_order=correlation(smooth_hz),
         readings=readings,
         by_material={
@@ -255,8 +258,8 @@ def _centroids(data: LabelledWindows) -> dict[str, float]:
     return {str(m): float(hertz[data.objects == m].mean()) for m in np.unique(data.objects)}
 
 
-def _most(order: Values) -> float:
-    """Return the largest Spearman's rho that a score without ties can reach with these ranks."""
+def _highest_rho(order: Values) -> float:
+    """Return the highest Spearman's rho that scores without ties can reach against these ranks."""
     from scipy.stats import spearmanr
 
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
@@ -318,7 +321,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def real_set(results: SubjectResults) -> ShortWindows | None:
-    """Return the results on real recordings; None if there are none."""
+    """Return the results on real recordings; None if the dataset is simulated."""
     return next(iter((results[REAL] or {}).values()), None)
 
 

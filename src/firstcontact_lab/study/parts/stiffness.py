@@ -1,4 +1,7 @@
-"""Errors of a stiffness or modulus over the time after the contact, in held-out sessions."""
+"""Errors of a predicted stiffness or modulus over the time after the contact.
+
+Predictions are for sessions that were held out.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ LEVEL = 0.9
 
 
 class Placed(Record, frozen=True, kw_only=True):
-    """Contacts of the package's detector, which was not trained on these recordings."""
+    """Comparison of detected contacts with labels, for the package's detector.
+
+    The detector was not trained on these recordings.
+    """
 
     pinches: int
     found: int
@@ -48,7 +54,7 @@ class Placed(Record, frozen=True, kw_only=True):
 
 
 class TimedScores(Record, frozen=True, kw_only=True):
-    """Scores of one estimator from a given length of signal. Each session is held out in turn."""
+    """Scores of one estimator with one length of signal, over held-out sessions."""
 
     errors: RegressionScores
     #: Root mean square error in the unit.
@@ -59,13 +65,13 @@ class TimedScores(Record, frozen=True, kw_only=True):
 
 
 class LevelLeftOut(Record, frozen=True, kw_only=True):
-    """Mean prediction by time in ms for pinches with a stiffness that was left out of training."""
+    """Mean prediction by time, ms, for pinches whose stiffness was left out of training."""
 
     predicted: dict[str, float]
 
 
 class StiffnessResults(Record, frozen=True, kw_only=True):
-    """Errors of one quantity by time in ms and estimator.
+    """Errors of one predicted quantity, by time in ms and estimator.
 
     Errors of a logarithmic quantity are those of its natural logarithm.
     """
@@ -78,7 +84,7 @@ class StiffnessResults(Record, frozen=True, kw_only=True):
     levels_left_out: dict[str, dict[str, LevelLeftOut]]
 
     def relative_error(self, ms: str, estimator: str) -> float:
-        """Return the RMSE divided by that of a model that always predicts the mean."""
+        """Return an estimator's RMSE, divided by the RMSE of always predicting the mean."""
         scores = self.by_time[ms]
         return scores[estimator].errors.rmse / scores["train_mean"].errors.rmse
 
@@ -108,10 +114,10 @@ def score_by_time(
     *,
     with_levels: bool = True,
 ) -> tuple[StiffnessResults | None, str]:
-    """Score estimators on sessions, and on values of the quantity, that are left out of training.
+    """Score estimators on held-out sessions, and on left-out values of the quantity.
 
-    Returned are None and a reason if the pinches do not permit it. Of the values, the smallest and
-    the largest are not left out.
+    Return (results, ""), or (None, reason) if the pinches do not permit it. The smallest and the
+    largest value are never left out. ``lengths`` are the signal lengths, ms.
     """
     target = quantity.scaled(
         dataset.shore_a if quantity is SHORE_A else dataset.label_values(quantity)
@@ -177,7 +183,7 @@ def _timed_scores(
 
 
 def _placed(dataset: Dataset, contacts: Sequence[Contact | None]) -> Placed | None:
-    """Return how far detected contacts are from their labels, or None without labels."""
+    """Return the distances of detected contacts from their labels; None without labels."""
     places, delays = trigger_delays(dataset, contacts)
     is_found = np.isfinite(places)
     if not is_found.any():
@@ -197,7 +203,10 @@ STIFFNESS = Field.optional("stiffness", StiffnessResults)
 def time_figure(
     results: Mapping[str, StiffnessResults], estimators: Sequence[str] = SCORED
 ) -> Figure:
-    """Draw the RMSE over time, relative to that of predicting the mean: one line style per set."""
+    """Draw RMSE over time, as a share of the RMSE of predicting the mean.
+
+    Each dataset has a line style.
+    """
     with canvas(size=(6.6, 4.2)) as (figure, axes):
         ax = axes[0, 0]
         for (title, found), style in zip(results.items(), ("o-", "s--", "^:"), strict=False):

@@ -72,7 +72,7 @@ class Structures(Record, frozen=True, kw_only=True):
 
 @dataclass(slots=True, eq=False)
 class Counts:
-    """Outcomes, false alarms and squared errors of one detector on one rig."""
+    """Counts of outcomes and false alarms, and squared errors, of one detector on one rig."""
 
     outcomes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
     alarms: int = 0
@@ -174,7 +174,7 @@ def _squares(values: Values, dataset: Dataset) -> Values:
 
 
 def count_alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
-    """Return the number of false contacts in closings without an object, and the minutes."""
+    """Return the number of false contacts in closings on nothing, and their duration, minutes."""
     part = round(HEARD * FINGERTIP_RATE)
     alarms, seconds = 0, 0.0
     for pinch in cut_closings(empty):

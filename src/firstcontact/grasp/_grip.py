@@ -59,7 +59,10 @@ class Grip:
     push: float = 250.0
 
     def stiffness(self, shore_a: float) -> float:
-        """Return force / indentation^1.5 of a fingertip on a flat object (Hertz), N/m^1.5."""
+        """Return the contact stiffness of a fingertip on a flat object of this Shore A, N/m^1.5.
+
+        It is force / indentation^1.5 (Hertz).
+        """
         young = gent_modulus(_within(shore_a))
         modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
         return hertz_stiffness(modulus, self.tip_radius)
@@ -70,13 +73,19 @@ class Grip:
         return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:
-        """Return the grip force that indents by ``dent``, N, within ``margins`` and ``force``."""
+        """Return the grip force for this Shore A, N: it dents pad and object together by ``dent``.
+
+        The force stays within ``margins`` and below ``force``.
+        """
         low, high = (m * self.holding for m in self.margins)
         force: float = self.stiffness(shore_a) * self.dent**1.5
         return min(max(force, low), high, self.force)
 
     def speed_for(self, shore_a: float) -> float:
-        """Return the closing speed, m/s, whose impact indents by ``dent``; at most ``speed``."""
+        """Return the closing speed for this Shore A, m/s: its impact dents by ``dent``.
+
+        It is at most ``speed``.
+        """
         # Hertz's theory of impact: m v^2 / 2 = (2/5) K dent^2.5
         speed: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
         return min(speed, self.speed)
@@ -86,7 +95,10 @@ class Grip:
         return Command(self.speed_for(shore_a), self.force_for(shore_a))
 
     def pressing(self, force: float) -> Command:
-        """Return the slowest command that builds this grip force, N, once both fingers touch."""
+        """Return the slowest command that builds the grip force ``force``, N.
+
+        Send it once both fingers touch.
+        """
         limited = min(force, self.force)
         return Command(min(1.1 * limited / self.push, self.speed), limited)
 
@@ -102,5 +114,5 @@ class Grip:
 
 
 def _within(shore_a: float) -> float:
-    """Clip a Shore A to the range from 0 to 99. NaN becomes 0."""
+    """Return a Shore A clipped to the range from 0 to 99. NaN becomes 0."""
     return min(max(shore_a, 0.0), 99.0) if isfinite(shore_a) else 0.0

@@ -1,4 +1,4 @@
-"""Hand wrapper that releases the hand when the program fails."""
+"""Wrapper of a hand that opens the hand when the program fails or hangs."""
 
 from __future__ import annotations
 
@@ -104,12 +104,12 @@ class SafeHand(Hand):
 
     @property
     def failure(self) -> HandError | None:
-        """Error since which the hand accepts no commands; None without an error."""
+        """Error because of which the hand accepts no commands; None without an error."""
         return self._failure
 
     @property
     def silenced(self) -> bool:
-        """True if the hand was opened because the program was silent, until :meth:`release`."""
+        """True if the hand was opened because the program was silent. :meth:`release` resets it."""
         with self._change:
             self._act()
             return self._pacer.silenced
@@ -138,13 +138,13 @@ class SafeHand(Hand):
             self._check()
 
     def start(self) -> None:
-        """Make a hand that closes by itself begin its next closing now."""
+        """Begin the next closing now, for a hand that closes by itself."""
         with self._change:
             self._check_silence()
         self._do(self._hand.start)
 
     def alive(self) -> None:
-        """Tell the watchdog that the program runs and the last command still holds."""
+        """Tell the watchdog that the program runs, and that the last command still applies."""
         self._leaving.rearm()
         with self._change:
             self._check()
@@ -235,7 +235,7 @@ class SafeHand(Hand):
             self._hand.close()
 
     def _let_go(self) -> None:
-        """Open the hand by the watchdog thread."""
+        """Open the hand from the watchdog thread, because the program was silent."""
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()
@@ -261,7 +261,7 @@ class SafeHand(Hand):
             )
 
     def _do(self, act: Callable[[], None]) -> None:
-        """Call a method of the hand. If it fails, open the hand."""
+        """Call ``act``, which calls a method of the hand. If it fails, open the hand."""
         with self._change:
             self._check()
             if not self._attempt(act):
@@ -269,7 +269,7 @@ class SafeHand(Hand):
                 self._check()
 
     def _read(self, read: Callable[[], None]) -> None:
-        """Call a method that reads the hand, at the same time as other methods if possible."""
+        """Call ``read``, which calls a reading method of the hand, while other methods may run."""
         if self._driver is None:
             self._do(read)
             return
@@ -282,13 +282,16 @@ class SafeHand(Hand):
         self._open_hand()
 
     def _open_hand(self) -> None:
-        """Open the hand. The watchdog thread retries after a failure."""
+        """Open the hand. If this fails, the watchdog thread retries."""
         if not self._attempt(self._hand.release, RELEASED):
             self._pacer.retry_release(self._clock())
             self._change.notify()
 
     def _attempt(self, act: Callable[[], None], seconds: float = STUCK) -> bool:
-        """Call a method of the hand, and store its error. Return False after an error."""
+        """Call ``act``, which calls a method of the hand.
+
+        Store its error, and return False after one.
+        """
         call = call_directly if self._driver is None else self._driver.call
         error = call(act, seconds)
         if error is None:
@@ -300,7 +303,7 @@ class SafeHand(Hand):
         return False
 
     def _act(self) -> None:
-        """Send the command that is due by the pacer, or open the hand."""
+        """Carry out the action that the pacer has due: send a command, or open the hand."""
         if self._release_requested:
             self._release_requested = False
             self._release()

@@ -1,6 +1,6 @@
-"""PSYONIC's Ability Hand, driven through the package of its maker.
+"""Driver of PSYONIC's Ability Hand, which uses the package of its maker.
 
-The lever arms come from its URDF (size "large"); docs/reference/hands.md states their error.
+The lever arms come from the hand's URDF (size "large"). docs/reference/hands.md states their error.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ OPENING = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Felt:
-    """State that the Ability Hand reported last."""
+    """Last report of the Ability Hand: angles, speeds and forces of its fingers."""
 
     position: Sequence[float]
     touch: Sequence[float] = ()
@@ -64,12 +64,12 @@ class Felt:
 
     @property
     def travel(self) -> float:
-        """Travel of the fingertips since the joints' zero, mean of index finger and thumb, m."""
+        """Distance of the fingertips from the joints' zero, m: mean of index finger and thumb."""
         return _mean_of_pads(self.position)
 
     @property
     def speed(self) -> float:
-        """Mean speed of both fingertips in a unit of the motors; NaN if it was not reported."""
+        """Mean speed of both fingertips, in a unit of the hand's motors; NaN if not reported."""
         return _mean_of_pads(self.velocity) if self.velocity else nan
 
     @property
@@ -83,7 +83,7 @@ def _mean_of_pads(of_joints: Sequence[float]) -> float:
 
 
 class Fingers:
-    """Target angles of all joints, degrees, which follow the commands to index finger and thumb."""
+    """Target angles of all joints, degrees. Commands move those of index finger and thumb."""
 
     def __init__(self, felt: Felt) -> None:
         self._targets = {finger: _within(felt.position[finger]) for finger in LEVERS}
@@ -99,7 +99,7 @@ class Fingers:
     def move(self, command: Command, seconds: float, felt: Felt) -> None:
         """Move the target angles at the commanded speed for ``seconds`` s.
 
-        They stop where a finger is pressed as hard as the command allows.
+        The angles of a finger stop once it is pressed as hard as the command allows.
         """
         for finger, lever in LEVERS.items():
             target, position = self._targets[finger], felt.position[finger]
@@ -118,7 +118,7 @@ def _within(flexion: float) -> float:
 
 
 class AbilityHand(Hand):
-    """Ability Hand: index finger and thumb close at the commanded speed."""
+    """Driver of the Ability Hand. Its index finger and thumb close at the commanded speed."""
 
     name = "ability"
     limits = HandLimits(speed=0.25, force=10.0, rate=RATE, watchdog=0.3)
@@ -147,7 +147,7 @@ class AbilityHand(Hand):
         return list(self._positions)
 
     def send(self, command: Command) -> None:
-        """Set the command. It holds until the next one, but at most 0.3 s."""
+        """Send a command. The hand follows it until the next one, but for at most 0.3 s."""
         with self._change:
             if self._thread is None or self._closing:
                 raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
@@ -157,13 +157,13 @@ class AbilityHand(Hand):
             self._change.notify()
 
     def release(self) -> None:
-        """Open the hand as fast as it can. This is repeated until the next command."""
+        """Open the hand at its highest speed, and keep it open until the next command."""
         with self._change:
             self._command = None
             self._change.notify()
 
     def close(self) -> None:
-        """Release, wait up to 2 s for the hand to report that it is open, and close the port."""
+        """Open the hand, wait up to 2 s until it reports that it is open, and close the port."""
         with self._change:
             self._closing, self._command = True, None
             self._change.notify()
@@ -196,7 +196,7 @@ class AbilityHand(Hand):
             self._ready.set()
 
     def _drive(self, client: Any) -> None:
-        """Send targets and read the hand's reports until the hand is closed."""
+        """Send target angles and read the hand's reports, until the hand is closed."""
         fingers: Fingers | None = None
         targets, self._unloaded = list[float](), []
         now = moved = answered = time.monotonic()
@@ -231,7 +231,10 @@ class AbilityHand(Hand):
             client.send_command()
 
     def _next_step(self, last: float) -> tuple[float, Command | None, bool]:
-        """Wait for the next step. Return its time, the command, and True to close the port."""
+        """Wait for the next step of the drive loop, at a fixed time after the ``last`` one, s.
+
+        Return the time of the step, s, the command to follow, and True if the port must be closed.
+        """
         with self._change:
             self._change.wait(max(last + 1 / self.limits.rate - time.monotonic(), 0.0))
             now = time.monotonic()
@@ -240,7 +243,10 @@ class AbilityHand(Hand):
             return now, self._command, self._closing
 
     def _take_report(self, hand: Any, now: float) -> Felt:
-        """Store the hand's report. Forces count from the first report."""
+        """Store the hand's report and return it.
+
+        Forces are relative to those of the first report.
+        """
         touch = hand.get_fsr() or []
         self._unloaded = self._unloaded or touch
         above = [x - z for x, z in zip(touch, self._unloaded, strict=True)]

@@ -1,4 +1,4 @@
-"""Import and use of the Ability Hand's published package without its side effects.
+"""Import and use of the Ability Hand's published package without side effects.
 
 Version 0.2.2 has these side effects:
 
@@ -32,7 +32,7 @@ _importing = threading.Lock()
 
 
 class _UnansweredError(Exception):
-    """Error: no hand answers on the port. The package's own reaction is to end the process."""
+    """Error for a port on which no hand answers, raised in place of an exit of the process."""
 
 
 def _unanswered(code: object = None) -> None:
@@ -40,7 +40,7 @@ def _unanswered(code: object = None) -> None:
 
 
 def check(port: str | None) -> str:
-    """Raise an error if the package is not installed or no port was given. Return the port."""
+    """Return ``port``. Raise an error if it is None or the hand's package is not installed."""
     require_modules("hand", "ah_wrapper")
     if port is None:
         raise DeviceError(
@@ -76,7 +76,10 @@ def claimed(port: str) -> Iterator[None]:
 
 
 def open_client(port: str, rate: float) -> Any:
-    """Return the package's connection to the hand, which reads in its own thread."""
+    """Return the package's connection to the hand. It reads the port in its own thread.
+
+    ``rate`` is the rate of the hand's reports, Hz.
+    """
     package = load()
     simulated = port == SIMULATED
     try:
@@ -103,7 +106,7 @@ def open_client(port: str, rate: float) -> Any:
 
 
 def load() -> Any:
-    """Import the package without its side effects and return it."""
+    """Import the Ability Hand's package without side effects, and return the module."""
     with _importing:
         if "ah_wrapper.serial_connection" not in sys.modules:
             with _isolated_config():

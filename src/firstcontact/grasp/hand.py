@@ -1,4 +1,4 @@
-"""Base class of hands, with :class:`HandLimits` and :class:`HandError`."""
+"""Base class of hand drivers, with :class:`HandLimits` and :class:`HandError`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FARTHEST = 10.0
 
 
 class HandError(RuntimeError):
-    """Error for a hand that is not open or unreachable, or for a command that is invalid."""
+    """Error for a hand that is closed or unreachable, or for an invalid command."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class HandLimits:
 
 
 class Begins(Flag):
-    """Origin of a hand's closings: this program, others, or others on its request."""
+    """Who begins a hand's closings: this program, others, or others at this program's request."""
 
     #: The hand's controller, its wearer or the twin begins a closing. The signal shows when.
     OTHERS = auto()
@@ -87,7 +87,7 @@ class Hand(ABC):
 
     @classmethod
     def needs_live_samples(cls, port: str | None) -> bool:
-        """Return True if the hand at this port moves, so that only live samples may drive it."""
+        """Return True if the hand at this port really moves, so that no replay may drive it."""
         return cls.real and (port is None or port != cls.simulated_port)
 
     @abstractmethod
@@ -109,7 +109,10 @@ class Hand(ABC):
 
     @abstractmethod
     def release(self) -> None:
-        """Open the hand, and keep it open until the next command. It must not raise errors."""
+        """Open the hand, and keep it open until the next command.
+
+        Overrides must not raise errors.
+        """
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
         """Return the closing speed just before a contact, with its error; None if unknown.
@@ -155,7 +158,7 @@ class Hand(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Open the hand and close the connection. Users may call this method twice."""
+        """Open the hand, and close the connection. You may call this method twice."""
 
     def __enter__(self) -> Self:
         return self
@@ -165,12 +168,12 @@ class Hand(ABC):
 
 
 def steady_clock() -> float:
-    """Return a monotonic time, s, which also counts while the computer sleeps."""
+    """Return the time of a monotonic clock, s, which also runs while the computer sleeps."""
     return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
 
 
 def check_positions(hand: Hand, reports: object) -> list[tuple[float, ...]]:
-    """Return a hand's reported positions in time order. Raise HandError if they are invalid."""
+    """Return the positions ``reports`` of a hand in time order. Raise HandError if invalid."""
     try:
         pairs = [tuple(map(float, report)) for report in reports]  # type: ignore[attr-defined]
         is_valid = {len(pair) for pair in pairs} in (set(), {2}, {3})

@@ -1,4 +1,4 @@
-"""Policies for household objects: slow after the first contact, one grip force at the second."""
+"""Policies for household objects: slow after the first contact, fixed force at the second."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))
 
 @dataclass(eq=False)
 class FinalForce(Policy):
-    """Policy that closes slowly after the first contact and sets its force at the second."""
+    """Policy that closes slowly after the first contact, and sets its grip force at the second.
+
+    Subclasses override :meth:`target_force`.
+    """
 
     task = Task.HOUSEHOLD
     tunables: ClassVar = {"approach": APPROACH}
@@ -46,7 +49,7 @@ class FinalForce(Policy):
 
     @abstractmethod
     def target_force(self) -> float:
-        """Return the grip force from the estimate and settings, N, before the factor ``scale``."""
+        """Return the grip force for the held object, N, before it is multiplied by ``scale``."""
 
     @property
     def final(self) -> Command:
@@ -70,7 +73,7 @@ class FinalForce(Policy):
         return self.slow if first else self._press()
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """Press if no second contact was detected for :data:`PATIENCE` s after the first one."""
+        """Return the final command if no second contact came :data:`PATIENCE` s after the first."""
         return None if since is None or since < PATIENCE else self._press()
 
     def _press(self) -> Command | None:
@@ -98,12 +101,12 @@ class Blind(FinalForce):
 
 @dataclass(eq=False)
 class ByStiffness(FinalForce):
-    """Policy whose force rises with the estimated stiffness, along a logistic curve.
+    """Policy whose grip force rises with the estimated stiffness, along a logistic curve.
 
     It uses the last estimate before the second contact, lowered by ``caution`` half widths of the
-    interval. The curve rises from the force ``soft`` to ``firm``, N; its centre and width are
-    ``middle`` and ``width``, Shore A. ``unknown`` is the force without an estimate, as a position
-    between ``soft`` (0) and ``firm`` (1).
+    interval. The curve rises from the force ``soft`` to ``firm``, N. Its centre ``middle`` and its
+    width ``width`` are in Shore A. Without an estimate, ``unknown`` is the position between
+    ``soft`` (0) and ``firm`` (1).
     """
 
     name = "stiffness"
@@ -154,7 +157,10 @@ class ByStiffness(FinalForce):
 
 @dataclass(eq=False)
 class ByWeight(FinalForce):
-    """Policy whose force follows from the known weight and an assumed friction, within bounds."""
+    """Policy whose grip force follows from the known weight and an assumed friction.
+
+    Bounds limit the force.
+    """
 
     name = "weight"
     title = "weight known"
@@ -192,7 +198,7 @@ class Reflex(FinalForce):
 
     @property
     def final(self) -> Command:
-        """Command after the second contact. Each slip so far multiplied its force by ``boost``."""
+        """Command after the second contact. Each slip multiplies the grip force by ``boost``."""
         command = super().final
         if not self._slips:
             return command
@@ -209,7 +215,7 @@ class Reflex(FinalForce):
 
 @dataclass(eq=False)
 class SlipReflex(Reflex, Blind):
-    """Policy that presses every object with the same force at first, and harder at each slip."""
+    """Policy that starts with the same grip force for every object, and raises it at each slip."""
 
     name = "slip_reflex"
     title = "slip reflex"
@@ -220,7 +226,7 @@ class SlipReflex(Reflex, Blind):
 
 @dataclass(eq=False)
 class StiffnessReflex(Reflex, ByStiffness):
-    """Policy whose force rises with the estimated stiffness, and at each slip."""
+    """Policy whose grip force rises with the estimated stiffness, and at each slip."""
 
     name = "stiffness_reflex"
     title = "stiffness and reflex"

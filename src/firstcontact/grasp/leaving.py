@@ -1,4 +1,4 @@
-"""Handling of signals while a hand is open, so that a second signal cannot stop the release."""
+"""Signal handlers while a hand is open: a second signal must not stop the hand's release."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ INSISTED = 2.0
 
 
 class Leaving:
-    """Handler for signals that would end the program while a hand is open."""
+    """Handlers of the signals that would otherwise end the program while a hand is open."""
 
     def __init__(self, let_go: Callable[[], None]) -> None:
         self._let_go = let_go
@@ -26,7 +26,7 @@ class Leaving:
         self._waiting: list[int] | None = None  # signals deferred until the block ends
 
     def take(self) -> None:
-        """Install the handler for each signal that would otherwise end the program."""
+        """Install the handlers, for those signals that the program does not handle itself."""
         if threading.current_thread() is not threading.main_thread():
             return
         taken = [n for n in ENDING if signal.getsignal(n) is signal.SIG_DFL]
@@ -38,7 +38,7 @@ class Leaving:
             signal.signal(number, self._on_signal)
 
     def give_back(self) -> None:
-        """Restore the default handlers, or pass the signals to another open hand."""
+        """Restore the default handlers, or leave the signals to another hand that is open."""
         if self in _ACTIVE:
             _ACTIVE.remove(self)
         if threading.current_thread() is not threading.main_thread():
@@ -53,13 +53,19 @@ class Leaving:
             signal.signal(number, default if heir is None else heir._on_signal)
 
     def rearm(self) -> None:
-        """Treat the next signal as the first, because the program handled the earlier ones."""
+        """Forget earlier signals, because the program handled them.
+
+        The next one counts as first.
+        """
         if self._at is not None and threading.current_thread() is threading.main_thread():
             self._at = None
 
     @contextmanager
     def deferred(self) -> Iterator[None]:
-        """Defer signals that end programs, even those with handlers, within the ``with`` block."""
+        """Defer signals that end the program until the ``with`` block ends.
+
+        This includes signals that the program handles.
+        """
         deferred: list[int] = []
         handlers = {}
         self._waiting = deferred

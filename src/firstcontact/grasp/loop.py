@@ -1,4 +1,4 @@
-"""Grasp loop: it passes contacts and estimates to a policy, and its commands to a hand."""
+"""Grasp loop: it passes contacts and estimates to a policy, and the policy's commands on."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ REST = 0.05
 
 @dataclass(slots=True)
 class LoopCounts:
-    """Counts of a grasp loop. Withdrawn contacts and their estimates count only as withdrawn."""
+    """Counts of the closings, contacts, estimates and commands of a grasp loop.
+
+    A withdrawn contact and its estimates only count in ``withdrawn``.
+    """
 
     closings: int = 0
     #: Closings with a contact.
@@ -48,8 +51,9 @@ class LoopCounts:
 class GraspLoop:
     """Loop that passes events to a policy, and the policy's commands to a hand.
 
-    All times are seconds on the clock of the samples. ``send`` returns False if it did not send
-    the command. ``wait`` returns the time until the hand takes a command.
+    All times are seconds on the clock of the samples. ``send`` returns False if it did not send the
+    command. ``deadline`` is the time after a contact for its estimate, s, by default the policy's.
+    ``wait`` returns the time until the hand accepts a command, s.
     """
 
     def __init__(
@@ -95,7 +99,7 @@ class GraspLoop:
         self._check_deadline(now)
 
     def withdrawn(self) -> None:
-        """Continue the approach, because the contact was withdrawn."""
+        """Let the hand approach again, because the detector withdrew the contact."""
         if not self._closing:
             return
         self.counts.withdrawn += 1
@@ -108,7 +112,7 @@ class GraspLoop:
             self._act(self.policy.begin)
 
     def estimated(self, estimate: Estimate, now: float) -> bool:
-        """Pass an estimate that became known at ``now``. Return True if the policy acted on it."""
+        """Pass an estimate that is available from ``now`` on. Return True if the policy used it."""
         reaches = now + self._wait()
         self._check_deadline(reaches)
         if not self._closing or self._first is None or self._missed:
@@ -125,7 +129,7 @@ class GraspLoop:
         return True
 
     def retract(self) -> None:
-        """Act as without an estimate, because the newest one must not be used."""
+        """Send the policy's command without an estimate, because the newest one is invalid."""
         if self._closing and self._reached:
             self.counts.estimates -= 1
             self._reached = []
@@ -142,13 +146,16 @@ class GraspLoop:
         self._check_deadline(now)
 
     def slipped(self, now: float) -> None:
-        """Pass a slip to the policy, also after the closing while the hand holds the object."""
+        """Pass a slip to the policy, while the hand closes or holds the object."""
         if self._closing or self._holding:
             self._check_deadline(now)
             self._act(self.policy.slipped)
 
     def finish(self, second: Contact | None = None) -> bool:
-        """End the closing. Return True if the hand used an estimate before the second contact."""
+        """End the closing.
+
+        Return True if an estimate reached the hand before the second contact.
+        """
         is_used = any(second is None or t < second.sample / self._rate for t in self._reached)
         is_late = bool(self._reached) and not is_used
         self.counts.estimates -= is_late
@@ -160,7 +167,7 @@ class GraspLoop:
         return is_used
 
     def released(self) -> None:
-        """Stop passing slips, because the hand has released the object."""
+        """Pass no more slips to the policy, because the hand has released the object."""
         self._holding = False
 
     def _forget_contact(self) -> None:
@@ -179,7 +186,10 @@ class GraspLoop:
         self._forward(self._ask(method, *arguments))
 
     def _ask(self, method: Callable[..., Command | None], *arguments: object) -> Command | None:
-        """Call a method of the policy. Errors name the policy."""
+        """Call a method of the policy, and return its command.
+
+        Raise InputError with the policy's name if the method fails or returns something else.
+        """
         name = self.policy.name
         try:
             command = method(*arguments)
@@ -196,7 +206,10 @@ class GraspLoop:
         return command
 
     def _forward(self, command: Command | None) -> bool:
-        """Pass a policy's new command to the hand. Return False if it was not sent."""
+        """Send a policy's command unless it equals the last one.
+
+        Return False if it was not sent.
+        """
         if command is None or command == self._last:
             return True
         if self._send(command) is False:
@@ -207,7 +220,7 @@ class GraspLoop:
 
 
 class Taxels:
-    """Largest rise of a force cell's voltage above its level without load."""
+    """Meter of the force cells (taxels): largest rise of a voltage above its unloaded level."""
 
     def __init__(self, layout: Layout) -> None:
         columns = layout.columns(ChannelKind.FORCE)
@@ -217,12 +230,15 @@ class Taxels:
         self._count = 0
 
     def begin(self) -> None:
-        """Measure the unloaded levels again, at the start of a closing with an empty hand."""
+        """Start to measure the unloaded levels again. Call it while the hand is empty."""
         self._sum[:] = 0.0
         self._count = 0
 
     def update(self, data: NDArray[Any]) -> float:
-        """Process raw samples. Return the rise at the last one, V; 0 until there is a level."""
+        """Process raw samples. Return the largest rise at the last one, V.
+
+        It is 0 while the unloaded levels are being measured.
+        """
         if not self._sum.size or not len(data):
             return 0.0
         if self._count < self._rest_samples:

@@ -1,4 +1,4 @@
-"""Schedule of the commands to a hand."""
+"""Schedule of the commands to a hand, which limits their rate and repeats the last one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firstcontact.grasp.hand import HandLimits
 
 @dataclass(slots=True)
 class HandCounts:
-    """Counts of the commands to a hand."""
+    """Counts of the commands to a hand: sent, clipped, superseded, repeated; and of releases."""
 
     sent: int = 0
     clipped: int = 0
@@ -28,7 +28,7 @@ class Due:
 
 
 class Pacer:
-    """Schedule of a hand's commands. It has no clock: callers pass the time ``now``, s."""
+    """Schedule of a hand's commands. It has no clock: callers pass their time ``now``, s."""
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
         if not silence > 0:  # true of NaN
@@ -48,7 +48,7 @@ class Pacer:
         self._release_at = inf  # time at which a failed release is tried again
 
     def offer(self, command: Command, now: float) -> None:
-        """Schedule a command in place of one that still waits."""
+        """Schedule a command. It replaces a command that still waits."""
         if not (isfinite(command.speed) and isfinite(command.force)):
             raise ValueError(
                 f"a hand cannot close at {command.speed} m/s with {command.force} N: use finite "
@@ -65,7 +65,7 @@ class Pacer:
         self._called_at = now
 
     def alive(self, now: float) -> None:
-        """Record that the program runs and has no new command."""
+        """Record at ``now`` that the program runs, although it has no new command."""
         self._called_at = now
 
     def release(self) -> None:
@@ -76,22 +76,22 @@ class Pacer:
         self.silenced = False
 
     def retry_release(self, now: float) -> None:
-        """Schedule another release, because the hand failed to carry out the last one."""
+        """Schedule another release, because the last one failed."""
         self._release_at = now + self._silence
 
     def wait(self, now: float) -> float:
-        """Return the time until a command that is offered now is sent, s."""
+        """Return the time until a command that you offer at ``now`` would be sent, s."""
         return max(self._sent_at + self._interval - now, 0.0)
 
     def next_time(self) -> float:
-        """Return the earliest time of the next action, s; infinite if there is none."""
+        """Return the time of the next action, s, on the callers' clock; infinite without one."""
         if self._waiting is None and self._last is None:
             return self._release_at
         pause = self._interval if self._waiting is not None else self._repeat
         return min(self._sent_at + pause, self._called_at + self._silence)
 
     def due(self, now: float) -> Due | None:
-        """Return the action that is due at this time; None if there is none."""
+        """Return the action to carry out at ``now``; None if there is none."""
         if now < self.next_time():
             return None
         # A hand whose own watchdog has acted must not close again by a repeated command.

@@ -1,4 +1,4 @@
-"""Policies for a payload of known weight: hold it as gently and as early as possible."""
+"""Policies that hold a payload of known weight as gently and as early as possible."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GRANTED = 0.010
 
 
 class Touch(Policy):
-    """Policy that becomes gentle at the first contact, for any stiffness."""
+    """Policy that closes gently after the first contact, and ignores the stiffness."""
 
     name = "touch"
     title = "gentle at touch"
@@ -30,7 +30,10 @@ class Touch(Policy):
 
 
 class FirstContact(Policy):
-    """Policy that is gentle after the contact, then faster for firmer estimates."""
+    """Policy that closes gently after the contact, and then as fast as the estimate permits.
+
+    It uses the lower end of the estimate's interval, so that a wide interval keeps it gentle.
+    """
 
     name = "first_contact"
     title = "first contact"
@@ -56,7 +59,7 @@ class FirstContact(Policy):
 
 
 class EarlyExit(FirstContact):
-    """Policy that acts on the first estimate with a narrow interval, or on the last estimate."""
+    """Policy that acts once per contact: on the first narrow interval, or on the final estimate."""
 
     name = "early_exit"
     title = "early exit"

@@ -1,4 +1,4 @@
-"""Base class of grasp policies and the types that they use."""
+"""Base class of grasp policies, with the types of its parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """True properties of an object, which only the simulation knows before the hand closes."""
+    """True properties of an object. Only a simulation knows them before the hand closes."""
 
     #: Stiffness, Shore A.
     shore_a: float
@@ -47,7 +47,10 @@ class PolicyRole(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Tunable:
-    """Setting of a policy that a study tunes. Its key is a parameter of the policy's class."""
+    """Setting of a policy that the grasp study tunes, and the values to try.
+
+    Its name is that of a parameter of the policy's class.
+    """
 
     title: str
     unit: str
@@ -110,19 +113,19 @@ class Policy:
 
     @classmethod
     def has_reflex(cls) -> bool:
-        """Return True if the policy acts when the object slips."""
+        """Return True if the policy reacts to slips of the held object."""
         return cls.slipped is not Policy.slipped
 
     def begin(self) -> Command:
-        """Return the command at the beginning of a closing."""
+        """Return the command with which a closing begins."""
         return self.grip.approach
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """React to a finger's contact. ``first`` is True for the first one of this closing."""
+        """React to a finger's contact. ``first`` is True for the first contact of a closing."""
         return None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """React to a stiffness estimate. Each estimate of a contact replaces the one before.
+        """React to a stiffness estimate. It replaces earlier estimates of the same contact.
 
         The final estimate is passed again only if it differs from the newest one.
         """
@@ -141,9 +144,10 @@ class Policy:
         return None
 
     def late(self) -> Command | None:
-        """Return the command to use without an estimate.
+        """React to a missing estimate. Return the command to use without one.
 
-        The deadline passed without one, or the newest one cannot be used: it is out of range, or
-        its samples are from after the second contact.
+        This method is called if the deadline passed without an estimate. It is also called if the
+        newest estimate cannot be used: it is out of range, or its samples are from after the second
+        contact.
         """
         return None

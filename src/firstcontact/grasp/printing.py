@@ -1,4 +1,4 @@
-"""Hand that only prints its commands."""
+"""Hand for dry runs, which prints its commands."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class PrintHand(Hand):
 
 
 def describe(command: Command | None) -> str:
-    """Return a command, or None for a release, as text for people."""
+    """Return text about a command. None stands for a release."""
     if command is None:
         return "release"
     if command.speed == 0:

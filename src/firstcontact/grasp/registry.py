@@ -1,4 +1,4 @@
-"""Registries of hands and policies. To add an entry, write one file and add one line here."""
+"""Registries of hands and policies. To add one, write a module and add a line here."""
 
 from __future__ import annotations
 
@@ -57,7 +57,10 @@ def find_hand(hand: object) -> type[Hand] | Hand:
 
 
 def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
-    """Return a hand that is not open yet. It runs in a separate process if its class says so."""
+    """Return a hand that is not connected yet.
+
+    It runs in a process of its own if its class says so.
+    """
     made: Callable[[Any], Hand] = kind
     with HANDS.convert_errors(kind.name):
         if kind.of_source is None:
@@ -115,7 +118,10 @@ def live_policies() -> list[str]:
 
 
 def find_policy(policy: object) -> type[Policy] | Policy:
-    """Return a policy by its name, its class or an instance of it. Raise InputError otherwise."""
+    """Return the policy class of a name. A policy class or instance is returned unchanged.
+
+    Raise InputError for anything else.
+    """
     kind = policy
     if isinstance(policy, str):
         if policy not in POLICIES.names:

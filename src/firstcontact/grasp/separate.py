@@ -1,4 +1,4 @@
-"""Hand in a separate process, which releases the hand when the program hangs or ends.
+"""Hand in a process of its own, which releases the hand when the program hangs or ends.
 
 The process imports no NumPy and computes nothing, so that it always answers in time.
 """
@@ -40,14 +40,14 @@ NOT_SENT = "start", "closing_speed", "positions_since"
 
 
 def can_separate(kind: type[Hand]) -> bool:
-    """Return True if a separate process can import the class and call all its methods."""
+    """Return True if another process can import this hand's class and call all its methods."""
     is_found = getattr(sys.modules.get(kind.__module__), kind.__qualname__, None) is kind
     plain = all(getattr(kind, name) is getattr(Hand, name) for name in NOT_SENT)
     return is_found and plain and kind.__module__ != "__main__"
 
 
 class SeparateHand(Hand):
-    """Hand that runs in a separate process."""
+    """Hand whose driver runs in a process of its own."""
 
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
         hand: Hand = kind(port)
@@ -63,7 +63,7 @@ class SeparateHand(Hand):
 
     @property
     def pid(self) -> int:
-        """Number of the hand's process, which must be open."""
+        """Process number of the hand's driver. The hand must be open."""
         return self._opened().pid
 
     def send(self, command: Command) -> None:
@@ -75,7 +75,7 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} gets no commands") from error
 
     def positions(self) -> Sequence[tuple[float, ...]]:
-        """Return the positions that the hand reported last, or () if its process is late."""
+        """Return the positions that the hand reported last; () if its process answers too late."""
         child, answer = self._opened(), ""
         try:
             self._write_order(child, "positions")
@@ -155,7 +155,10 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} has ended") from error
 
     def _read_answer(self, child: Child, timeout: float) -> str:
-        """Return the next answer of the process without its first word, "done"."""
+        """Return the text after "done" in the next answer of the process.
+
+        Raise HandError after ``timeout`` s.
+        """
         word, _, detail = child.answer(timeout).partition(" ")
         self._unanswered.popleft()
         if word != "done":
@@ -164,7 +167,10 @@ class SeparateHand(Hand):
 
 
 def _serve(hand: Hand, silence: float, out: int) -> None:
-    """Carry out orders from standard input for a hand, until the input ends."""
+    """Carry out the orders that standard input holds for a hand, until the input ends.
+
+    Answers go to the file descriptor ``out``. ``silence`` is the limit of :class:`SafeHand`, s.
+    """
     part = b""
     while True:
         if not select.select([0], [], [], silence)[0]:

@@ -21,7 +21,7 @@ NOISY = 1.4
 
 
 def entered() -> bool:
-    """Return True if a person pressed Enter since the last call. Do not wait."""
+    """Return True if a person pressed Enter since the last call. This function does not wait."""
     try:
         if not select.select([sys.stdin], [], [], 0)[0]:
             return False
@@ -37,7 +37,10 @@ def entered() -> bool:
 
 
 class Terminal(Screen):
-    """Display of a recording in a terminal. It waits for Enter when the object must be changed."""
+    """Display of a guided recording in a terminal.
+
+    The person presses Enter after each new object.
+    """
 
     def __init__(self, source: Source, stop: Stop, asks: bool) -> None:
         self.complete = True
@@ -56,7 +59,7 @@ class Terminal(Screen):
         print(start + line.ljust(self._width), flush=True)
 
     def begin(self, guide: Guide) -> None:
-        """Begin the display. ``guide`` names the objects and judges the closings."""
+        """Begin to show the recording. ``guide`` names the objects and judges the closings."""
         health = self._source.health
         self._guide = guide
         self._asks = self._asks and guide.objects > 1

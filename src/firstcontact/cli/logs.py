@@ -1,4 +1,4 @@
-"""Log of the package: printed with ``--verbose``, and written to a file after a crash."""
+"""Log of the program: printed with ``--verbose``, and written to a file after a crash."""
 
 from __future__ import annotations
 
@@ -45,7 +45,10 @@ class _Handler(logging.Handler):
 
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
-    """Store and print the package's log records until the end of the ``with`` block."""
+    """Keep the package's log records within the ``with`` block, and print them if ``verbose``.
+
+    Warnings are always printed.
+    """
     _lines.clear()
     logger = logging.getLogger("firstcontact")
     handler = _Handler(logging.INFO if verbose else logging.WARNING)

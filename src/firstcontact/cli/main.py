@@ -1,4 +1,4 @@
-"""Command ``firstcontact``: runs a verb, and prints each error as one sentence."""
+"""Entry point of ``firstcontact``: it runs a command, and prints each error as one sentence."""
 
 from __future__ import annotations
 
@@ -72,7 +72,10 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
 
 
 def _parse(arguments: list[str]) -> Any:
-    """Return the command with its options; None after an option such as ``--version``."""
+    """Return a command with the options that were given, or None after ``--help``.
+
+    ``--version`` gives None, too. Raise InputError for wrong arguments.
+    """
     width = shutil.get_terminal_size().columns
     if not arguments:
         print(overview(width), file=sys.stderr)
@@ -93,7 +96,7 @@ def _parse(arguments: list[str]) -> Any:
 
 
 def _with_option(error: InputError, verb: Any) -> str:
-    """Return an error's message, with the name or path of the wrong option in front."""
+    """Return an error's message that starts with the wrong option, if there is one."""
     if not error.parameter or verb is None:
         return str(error)
     field = getattr(verb, "options", {}).get(error.parameter, error.parameter)

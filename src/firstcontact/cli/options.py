@@ -54,7 +54,7 @@ Condition = Annotated[Literal["paper-rig", "everyday"], Option(group="simulated 
 
 
 class Argument:
-    """One option, or one positional argument, of a command."""
+    """Option or positional argument of a command, as the field of a dataclass defines it."""
 
     def __init__(self, field: Field[Any], hint: Any, text: str) -> None:
         kind, *extras = get_args(hint) if get_origin(hint) is Annotated else (hint,)
@@ -133,16 +133,19 @@ def verb_arguments(verb: type[Any]) -> list[Argument]:
 def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
-    """Return an option whose value is one of ``names``. Plug-ins are listed, but not imported."""
+    """Return an option whose value is one of ``names``.
+
+    The help lists names from plug-ins, too, without importing these.
+    """
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)
 
 
 def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
-    """Return a context manager in whose block heavy computing runs on a cluster.
+    """Return a context manager that moves heavy computing in its block to a cluster.
 
-    ``cluster`` is the address of the scheduler. If it is None, this machine computes.
+    ``cluster`` is the address of the scheduler. If it is None, this computer computes.
 
     Raises
     ------
@@ -158,7 +161,10 @@ def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
 
 
 def devices(recorded: bool = True, more: str = "") -> Option:
-    """Return an option that takes a device and, if ``recorded``, also a recording."""
+    """Return an option for a device. It also takes a recording if ``recorded``.
+
+    ``more`` is added to the help text.
+    """
     from firstcontact.device import SOURCES
 
     kinds = [SOURCES[name] for name in SOURCES.builtin_names]
@@ -181,7 +187,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
-    """Return the parser of a command. Its help lists advanced options only if ``every`` is true."""
+    """Return the parser of a command. With ``every``, its help lists advanced options, too."""
     arguments = verb_arguments(verb)
     width = shutil.get_terminal_size().columns - 2
     # Positional arguments first, then the required options.
@@ -211,7 +217,7 @@ def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return by field the docstring below it; {} without source code."""
+    """Return the docstring of each field of a command's class; {} without source code."""
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

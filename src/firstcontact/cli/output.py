@@ -1,4 +1,4 @@
-"""Printed output of a command as plain text, also if its reader ends early."""
+"""Output of a command to its terminal or pipe, which may be closed at any time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 
 
 class Output:
-    """Text stream that escapes control characters, and goes on without a reader."""
+    """Text stream that escapes control characters, and ignores text once nobody reads it."""
 
     def __init__(self, stream: TextIO, raises: bool = False) -> None:
         self.failed: OSError | None = None
@@ -61,7 +61,10 @@ class Output:
 
 @contextmanager
 def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
-    """Replace standard output and error by :class:`Output` within the ``with`` block."""
+    """Replace standard output and standard error by :class:`Output` within the ``with`` block.
+
+    With ``raises``, writing to a closed standard output raises OSError.
+    """
     former = sys.stdin, sys.stdout, sys.stderr
     # The next files that are opened would get the numbers of closed descriptors.
     stdin, stdout, stderr = (s or _nowhere(mode) for s, mode in zip(former, "rww", strict=True))
@@ -86,6 +89,6 @@ def reader_gone() -> bool:
 
 
 def print_losses(dataset: Dataset) -> None:
-    """Print a warning for each part of recordings that could not be loaded."""
+    """Print a warning for each part of the recordings that could not be loaded."""
     for sentence in dataset.losses:
         print(f"warning: {sentence}")

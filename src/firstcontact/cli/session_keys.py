@@ -1,4 +1,4 @@
-"""Keyboard and line input of a live session: new objects, and requests to the hand."""
+"""Input from the keyboard or a pipe during a live session: new objects, and hand commands."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ AGAIN = 0.5
 
 @contextmanager
 def session_keys(session: LiveSession) -> Iterator[None]:
-    """Take new objects and commands to the hand from the keyboard during a live session."""
+    """Pass keys to a live session within the ``with`` block: N, and those that move the hand."""
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):
         yield
@@ -66,7 +66,11 @@ def _standard_input() -> int | None:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key immediately. Return its former settings."""
+    """Make a terminal deliver each key at once. Return its former settings.
+
+    ``number`` is its file descriptor. Return None, and change nothing, if it is no terminal of
+    ours.
+    """
     if not (os.isatty(number) and _ours(number)):
         return None
     try:
@@ -78,7 +82,7 @@ def _keys_at_once(number: int) -> list[Any] | None:
 
 
 def _ours(number: int) -> bool:
-    """Return True if this program is in the foreground of the terminal with this descriptor."""
+    """Return True if this program is in the foreground of a terminal, given its file descriptor."""
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:

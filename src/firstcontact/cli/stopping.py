@@ -1,4 +1,4 @@
-"""Handling of signals such as Ctrl-C as requests to stop, so that files can be finished."""
+"""Handlers that turn signals such as Ctrl-C into requests to stop, so that files get finished."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ INSISTED = 5.0
 
 
 class Stop:
-    """Request to stop the process, made by a signal such as Ctrl-C."""
+    """Request to stop the program, which a signal such as Ctrl-C makes."""
 
     def __init__(self) -> None:
         self.signal: signal.Signals | None = None
@@ -48,7 +48,7 @@ _installed: list[Stop] = []
 
 @contextmanager
 def stopping() -> Iterator[Stop]:
-    """Yield a :class:`Stop` that receives the signals in :data:`SIGNALS` in the ``with`` block."""
+    """Yield a :class:`Stop` that gets the signals in :data:`SIGNALS` within the ``with`` block."""
     if _installed:
         yield _installed[-1]
         return

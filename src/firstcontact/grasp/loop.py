@@ -138,7 +138,10 @@ class GraspLoop:
             self._act(self.policy.late)
 
     def felt(self, volts: float, now: float) -> None:
-        """Pass the force sensors' voltage to the policy, and check if an estimate is overdue."""
+        """Pass the rise of the force sensors' voltage, V, to the policy.
+
+        It also calls :meth:`Policy.late` if an estimate is overdue at ``now``.
+        """
         if not self._closing:
             return
         since = None if self._first is None else now - self._first

@@ -1,4 +1,4 @@
-"""Simulation of one drawn pinch, piece by piece, so that commands can change it."""
+"""Simulation of one pinch in pieces, so that commands can change its course."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ LARGEST_WOBBLE = 2e-5
 
 
 class PinchRun:
-    """Simulation of one drawn pinch, in progress."""
+    """Simulation of one pinch in progress, from its drawn parameters."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class PinchRun:
 
     @property
     def speed(self) -> float:
-        """Mean reference speed of both drives, m/s. Negative values open the hand."""
+        """Mean speed that both drives aim at, m/s. Negative values open the hand."""
         return self._reference.speed(self.done - 1)
 
     @speed.setter
@@ -131,22 +131,25 @@ class PinchRun:
 
     @property
     def drive_speed(self) -> float:
-        """Mean of the current speeds of both drives, m/s."""
+        """Mean speed at which both drives move now, m/s."""
         return float(self._state[1] + self._state[FINGER_STATES + 1]) / 2
 
     @property
     def touched(self) -> tuple[bool, bool]:
-        """Tuple for index finger and thumb: True after its first contact."""
+        """Two booleans, for index finger and thumb: True once the finger has touched the object."""
         index, thumb = self._touched if self._placed else self._gap
         return not math.isnan(index), not math.isnan(thumb)
 
     def order(self, command: Command | None, effect: int) -> None:
-        """Queue an order for sample ``effect``: a command, or None to open the hand."""
+        """Queue an order that takes effect at the sample ``effect``: a command, or None to open."""
         clipped = None if command is None else self._drive.clipped(command)
         self._orders.append((max(effect, self.done - 1), clipped))
 
     def withdraw(self) -> int:
-        """Cancel the current and the queued orders. Return the number of queued commands."""
+        """Cancel all orders, also the current one.
+
+        Return the number of commands that still waited.
+        """
         waiting = sum(command is not None for _, command in self._orders)
         self._orders.clear()
         self._reference.hold(self.speed)
@@ -170,7 +173,7 @@ class PinchRun:
 
     @property
     def _strength(self) -> float:
-        """Contact force at which the object breaks, N; infinite once it has broken."""
+        """Contact force that breaks the object, N; infinite once it is broken."""
         return self.limit if self.broken_at is None else math.inf
 
     def _piece(self, begin: int, stop: int) -> Piece:
@@ -222,7 +225,10 @@ class PinchRun:
             self._reference.obey(command, sample)
 
     def _place(self, begin: int) -> None:
-        """Place the object where the fingers touch at the drawn times, by simulating copies."""
+        """Place the object so that each finger touches it at the drawn time.
+
+        The places come from simulated copies of this pinch. ``begin`` is the first sample.
+        """
         if not self._damped:
             # An undamped drive still oscillates, so the calm time begins only now.
             self._touched[~np.isnan(self._gap)] = self.now
@@ -243,14 +249,14 @@ class PinchRun:
 
 
 def whole_motions(runs: Sequence[PinchRun]) -> list[NDArray[np.float64]]:
-    """Return the whole motion of each simulated pinch. None of them may have begun."""
+    """Return the complete motion of each simulated pinch. No pinch may have begun."""
     pieces = [run._piece(0, run.times.size) for run in runs]
     taken = integrate_all(pieces)
     return [run._keep(0, piece, n) for run, piece, n in zip(runs, pieces, taken, strict=True)]
 
 
 class Approach:
-    """Times at which two fingers will touch, each after a fixed distance."""
+    """Times at which both fingers will touch, s. Each finger has a fixed distance to close."""
 
     def __init__(self, timing: Timing, begin: float, nominal: float, speed: float) -> None:
         first, second, first_is_index = timing
@@ -260,7 +266,10 @@ class Approach:
         self._since = 0.0
 
     def turn(self, old: float, new: float, now: float, touching: NDArray[np.bool_]) -> None:
-        """Change the contact times when the closing speed changes from ``old`` to ``new``."""
+        """Move the contact times, because the closing speed changes at ``now``, s.
+
+        It changes from ``old`` to ``new``, m/s. Fingers in ``touching`` keep their times.
+        """
         self._distance_left -= old * (now - self._since)
         self._since = now
         contact_times = now + self._distance_left / new if new > 0 else math.inf

@@ -1,4 +1,4 @@
-"""Endless raw scans of a hand that picks up one object after another."""
+"""Endless raw scans of a simulated hand that picks up one object after another."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ PIECE = 25
 
 
 def pieces(duration: float) -> int:
-    """Return the number of simulation pieces nearest to a duration, s."""
+    """Return the number of simulated pieces that last about ``duration`` s."""
     return round(duration * FINGERTIP_RATE / PIECE)
 
 
 def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Yield the fingers' motion while the hand closes, and holds the object for ``hold`` s."""
+    """Yield the motion of the fingers while the hand closes, and then holds for ``hold`` s."""
     for motion in _squeeze(run, hold):
         yield motion
         if run.released:
@@ -58,7 +58,7 @@ def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
-    """Yield the fingers' motion while the hand opens, until both have left the object and rest."""
+    """Yield the motion of the fingers while the hand opens, until both are free and at rest."""
     yield from _ramp(run, -run.nominal_speed)
     while True:
         motion = _piece(run)
@@ -89,7 +89,10 @@ def _squeezed(run: PinchRun) -> bool:
 
 
 def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
-    """Yield the fingers' motion until the speed has changed to ``speed`` or a command comes."""
+    """Yield the motion of the fingers while their speed changes to ``speed``, m/s.
+
+    A command ends this earlier.
+    """
     begin = run.speed
     steps = pieces(RAMP)
     for k in range(steps):
@@ -101,7 +104,7 @@ def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
 
 
 def _piece(run: PinchRun) -> NDArray[np.float64]:
-    """Return the fingers' motion for the next short piece, with the motor's noise."""
+    """Return the motion of the fingers in the next short piece, with the motor's noise."""
     run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
     return run.advance(PIECE)
 
@@ -127,7 +130,7 @@ Thing = TwinObject | HouseholdObject
 
 @dataclass(frozen=True, slots=True)
 class StreamPinch:
-    """One pinch in the endless stream of a simulated hand."""
+    """Pinch in the endless stream of a simulated hand: label, true contacts and outcome."""
 
     start: int
     label: Label
@@ -229,7 +232,7 @@ class TwinStream(ScanStream):
         self._chosen = None if name is None else find_object(name)
 
     def command(self, command: Command) -> bool:
-        """Send a command for the current closing. It holds until the next, or the hand opens.
+        """Give a command for the current closing. It applies until the next one, or the hand opens.
 
         The command takes effect after the drive's latency, counted from the last scan that was
         read.
@@ -280,7 +283,7 @@ class TwinStream(ScanStream):
         return scans
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
-        """Yield the fingers' motion without end, in pieces like :meth:`PinchRun.advance`."""
+        """Yield the motion of the fingers without end, in pieces of :meth:`PinchRun.advance`."""
         was_requested = False
         while True:
             rest = self._rng.uniform(*REST)
@@ -302,7 +305,7 @@ class TwinStream(ScanStream):
             yield from self._pinch(run, coming.specimen)
 
     def _pinch(self, run: PinchRun, held_object: TwinObject) -> Iterator[NDArray[np.float64]]:
-        """Yield the fingers' motion during one pinch, from rest to rest."""
+        """Yield the motion of the fingers while they pinch ``held_object``, from rest to rest."""
         self._run = run
         peak = 0.0
         parts = []
@@ -339,7 +342,10 @@ class TwinStream(ScanStream):
         return PlannedPinch(one, label, number)
 
     def _add_contacts(self, first: int, scans: NDArray[np.uint16]) -> None:
-        """Add contacts that the strips show in new scans to the newest pinch."""
+        """Add the contacts that the strips show in ``scans`` to the newest pinch.
+
+        ``first`` is the number of the first scan.
+        """
         if self.pinches:
             pinch = self.pinches[-1]
             new = strip_contacts(scans, first, pinch.truth)
@@ -348,7 +354,7 @@ class TwinStream(ScanStream):
 
 
 def _dropped(forces: NDArray[np.float64], held_object: TwinObject) -> str | None:
-    """Return "dropped" if the object would fall when it is lifted, otherwise None."""
+    """Return "dropped" if a lifted object would slip from these grip forces, else None."""
     touched = np.flatnonzero((forces > 0).any(axis=1))
     if not touched.size:
         return None

@@ -1,6 +1,6 @@
 """Simulated self-test: raw scans of two fingertips that a simulated person taps and presses.
 
-A tap is a free mass that strikes the pad, in the twin's own mechanics.
+A tap is a free mass that strikes the pad, simulated by the mechanics of a pinch.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Motion = NDArray[np.float64]
 
 
 class Tester:
-    """Simulated person: strength, tool and habits. All numbers are assumptions."""
+    """Simulated person who tests fingertips: strength, tool and habits, all assumed."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -64,7 +64,7 @@ class Tester:
         )  # fmt: skip
 
     def taps(self) -> Iterator[tuple[float, float]]:
-        """Yield the wait before each tap, s, and its speed, m/s."""
+        """Yield (wait, speed) of each tap: the time before it, s, and the tool's speed, m/s."""
         yield float(self._rng.uniform(0.5, 1.5)), self._tap_speed()
         while True:
             if self._rng.random() < self.doubles:
@@ -72,7 +72,10 @@ class Tester:
             yield float(self._rng.uniform(0.4, 0.9)), self._tap_speed()
 
     def presses(self) -> Iterator[tuple[float, float, NDArray[np.float64]]]:
-        """Yield wait, s, force, N, and share of each force cell, for presses on six places."""
+        """Yield (wait, force, shares) of presses on the six places of a pad.
+
+        They are the time before the press, s, the force, N, and the share of each force cell.
+        """
         for taxel in self._rng.permutation(TAXELS):
             if self._rng.random() < MISSED:
                 continue
@@ -86,7 +89,7 @@ class Tester:
 
 
 class BenchStream(ScanStream):
-    """Endless raw scans of two fingertips with one of ``faults.FAULTS``, or "" for none."""
+    """Endless raw scans of two fingertips. ``fault`` is a name in ``faults.FAULTS``, or ""."""
 
     def __init__(self, condition_name: str = "paper-rig", seed: int = 0, fault: str = "") -> None:
         super().__init__()
@@ -107,9 +110,10 @@ class BenchStream(ScanStream):
         self._readings = np.zeros((2, TAXELS))
 
     def obey(self, words: str) -> None:
-        """Give the person a task: "rest", "tap index", "press thumb", "gentler" or "harder".
+        """Give the simulated person a task. Raise InputError for unknown words.
 
-        "tap index corners" is a task, too.
+        The tasks are "rest", "tap index", "tap index corners", "press index", the same for the
+        thumb, "gentler" and "harder".
         """
         match words.split():
             case ["rest"]:
@@ -143,7 +147,10 @@ class BenchStream(ScanStream):
         return scans[:, [1, 0, 3, 2, 5, 4]] if bench.swapped else scans
 
     def _array(self, counts: NDArray[np.uint16], first: int, finger: int) -> NDArray[np.uint16]:
-        """Return the readings of a force array after its rows or columns were cut or connected."""
+        """Return a force array's readings after the fault: rows or columns are cut or connected.
+
+        ``counts`` are the healthy readings, of which ``first`` is the number of the first one.
+        """
         taxel = (first + np.arange(len(counts))) % TAXELS
         # The newest reading of each taxel, up to each sample.
         place = np.where(taxel[:, None] == np.arange(TAXELS), np.arange(len(taxel))[:, None], -1)
@@ -154,7 +161,7 @@ class BenchStream(ScanStream):
         return np.asarray(np.rint(mixed), np.uint16)
 
     def _move(self) -> Iterator[Motion]:
-        """Yield the motion of both fingertips without end, as the current task demands."""
+        """Yield the motion of both fingertips without end, as the current task requires."""
         if self._task is not None and self._task[0] in ("tap", "corners"):
             task, finger = self._task
             place = self.bench.corners[finger] if task == "corners" else 1.0
@@ -190,7 +197,10 @@ class BenchStream(ScanStream):
         return motion
 
     def _tap(self, finger: Finger, speed: float) -> Motion:
-        """Return the motion after a tool strikes a pad. The other finger shakes a little, too."""
+        """Return the motion after a tool strikes a pad at ``speed`` m/s.
+
+        The other finger shakes a little, too.
+        """
         towards = -1.0 if finger is Finger.INDEX else 1.0
         state = np.zeros(STATES)
         face = 2 * FINGER_STATES + 2 * finger

@@ -1,7 +1,7 @@
-"""Voltage of the piezo disc per newton, depending on where the pad is pressed.
+"""Voltage of the piezo disc per newton, for each place of the pad that is pressed.
 
-The one place of these numbers: twin, circuit and build page read them here. ``hardware/disc.py``
-computes them with finite elements, and ``tests/hardware`` compares.
+Twin, circuit and build page read these numbers here. ``hardware/disc.py`` computes them with finite
+elements, and ``tests/hardware`` compares them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _IS_CORNER = np.array([True, True, False, False, True, True])
 
 
 def volts_per_newton(shares: NDArray[np.float64], corners: float = 1.0) -> float:
-    """Return the disc's voltage without load per newton on the pad, V/N.
+    """Return the open-circuit voltage of the disc per newton on the pad, V/N.
 
     Parameters
     ----------

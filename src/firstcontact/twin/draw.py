@@ -1,8 +1,7 @@
-"""Conditions, and random draws of hands, specimens, sessions and pinches.
+"""Random parameters of simulated hands, specimens, sessions and pinches, and their spread.
 
 Every hand, specimen, session and pinch has a key. Its numbers depend only on the seed and that key.
 A set of pinches is therefore the same for any order and any number of workers.
-Reference [11] is in ``docs/reference/twin-parameters.md``.
 """
 
 from __future__ import annotations
@@ -38,10 +37,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Named amount of variation of the simulated hand, such as "paper-rig".
-
-    The text below a field says why the parameter varies.
-    """
+    """Spread of all parameters of the simulated hand under a name such as "paper-rig"."""
 
     name: str
     speed: Spread
@@ -145,7 +141,10 @@ LOADING_SCATTER = 0.15
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDraw:
-    """Drawn parameters of one pinch. Pairs have the index finger first, then the thumb."""
+    """Parameters that were drawn for one pinch.
+
+    Pairs have the index finger first, then the thumb.
+    """
 
     fingers: tuple[FingerParameters, FingerParameters]
     object: ObjectParameters
@@ -161,13 +160,19 @@ class PinchDraw:
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """Return the random generator for ``key``, such as a session, which fixes all its numbers."""
+    """Return the random generator of a key, such as a session.
+
+    The same seed and key give the same random numbers.
+    """
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])
 
 
 def draw_specimen(seed: int, condition: Condition, kind: TwinObject, number: int) -> TwinObject:
-    """Return specimen ``number``, with random properties fixed by ``seed``."""
+    """Return specimen ``number`` of an object, with random properties.
+
+    They depend only on the seed, the condition, the object and ``number``.
+    """
     deviate = generator(seed, condition.name, "specimen", kind.name, number).standard_normal()
     spread = kind.modulus_scatter * condition.specimen_widen
     factor = math.exp(spread * float(np.clip(deviate, -2.5, 2.5)))
@@ -175,7 +180,10 @@ def draw_specimen(seed: int, condition: Condition, kind: TwinObject, number: int
 
 
 def draw_offset(rng: np.random.Generator) -> float:
-    """Draw the time between both contacts, s, with the published mean and standard deviation."""
+    """Draw the time from the first to the second contact, s.
+
+    Mean and standard deviation are the published ones.
+    """
     shape = (OFFSET_MEAN / OFFSET_SD) ** 2
     while True:
         offset = float(rng.gamma(shape, OFFSET_MEAN / shape))
@@ -186,7 +194,7 @@ def draw_offset(rng: np.random.Generator) -> float:
 def draw_pinch(
     seed: int, condition: Condition, session: str, kind: TwinObject, key: object
 ) -> PinchDraw:
-    """Draw the parameters of one pinch of a specimen; ``key`` names the pinch in its session."""
+    """Draw the parameters of one pinch of a specimen. ``key`` names the pinch in its session."""
     c = condition
     hand = generator(seed, c.name, "hand")
     sheet = generator(seed, c.name, "sheet")

@@ -1,4 +1,4 @@
-"""Drive of a finger: its limits, the speed that it aims at, and its position sensor."""
+"""Drive of a finger: limits, speed control and position sensor."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Drive:
 
     @property
     def delay(self) -> int:
-        """Number of samples from a command to its effect."""
+        """Number of samples from a command until it takes effect."""
         return round(self.latency * FINGERTIP_RATE)
 
     def clipped(self, command: Command) -> Command:
@@ -57,7 +57,7 @@ class Drive:
 
 
 class DriveReference:
-    """Speed that both drives aim at: steady, or on the way to a commanded speed."""
+    """Speed that both drives aim at. It is steady, or changes towards a commanded speed."""
 
     def __init__(self, drive: Drive, speed: float) -> None:
         self._drive = drive
@@ -71,11 +71,11 @@ class DriveReference:
         return self._drive.force if self.command is None else self.command.force
 
     def speed(self, sample: int) -> float:
-        """Return the speed to reach in the sampling interval that ends with this sample, m/s."""
+        """Return the speed that the drives aim at in the interval that ends at ``sample``, m/s."""
         return float(self.speeds(sample - 1, 1)[0])
 
     def speeds(self, sample: int, intervals: int) -> NDArray[np.float64]:
-        """Return the speed to reach in each of the next ``intervals`` sampling intervals, m/s."""
+        """Return the speeds that the drives aim at in the next ``intervals`` samples, m/s."""
         change = self._end - self._begin
         elapsed = sample - self._since
         rate = self._drive.acceleration / FINGERTIP_RATE
@@ -90,7 +90,7 @@ class DriveReference:
         self.command = None
 
     def obey(self, command: Command, sample: int) -> None:
-        """Begin to change to the commanded speed at sample number ``sample``."""
+        """Begin to change towards the commanded speed at the sample number ``sample``."""
         self._begin, self._end = self.speed(sample), command.speed
         self._since, self.command = sample, command
 
@@ -105,7 +105,7 @@ REMEMBERED = 2000
 
 
 class Positions:
-    """Position sensor of the drives, which measures the fingertips' mean position with noise."""
+    """Position sensor of the drives. It measures the mean travel of both fingertips with noise."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -124,13 +124,13 @@ class Positions:
         self._travel = 0.0
 
     def speed(self, sample: int) -> ClosingSpeed | None:
-        """Return the closing speed before a contact at this sample; None if it is unknown."""
+        """Return the closing speed before a contact at the sample ``sample``; None if unknown."""
         if not self._samples:
             return None
         samples, positions = zip(*self._samples, strict=True)
         return closing_speed(np.array(samples) / FINGERTIP_RATE, positions, sample / FINGERTIP_RATE)
 
     def since(self, time: float) -> list[tuple[float, float]]:
-        """Return (time, s of the samples' clock; position, m) pairs after the time ``time``."""
+        """Return the pairs (time, position) after ``time``, in s on the samples' clock and in m."""
         timed = ((sample / FINGERTIP_RATE, position) for sample, position in self._samples)
         return [(at, position) for at, position in timed if at > time]

@@ -1,6 +1,6 @@
-"""Electronics and link of the simulated fingertips, healthy or with one fault.
+"""Electronics and link of simulated fingertips for the self-test, healthy or with one fault.
 
-Sizes of faults follow from the circuit, not from the limits of the self-test. A step of the
+The sizes of faults follow from the circuit, not from the limits of the self-test. A step of the
 converter is 3.2 mV.
 """
 
@@ -52,7 +52,7 @@ class Bench:
 
 
 def healthy(draw: PinchDraw, rng: np.random.Generator) -> Bench:
-    """Draw electronics without fault for both fingertips, within the tolerances of parts.
+    """Draw the electronics of two healthy fingertips, within the tolerances of their parts.
 
     The divider of 1.65 V has 1 % resistors: +-16.5 mV. The amplifier adds up to 1.2 steps
     (``docs/results/circuit.json``), and the converter up to 2 (assumption).
@@ -106,10 +106,11 @@ def _rattle(bench: Bench, finger: int, rng: np.random.Generator) -> Bench:
 
 
 def _lines(bench: Bench, finger: int, rng: np.random.Generator, axis: int, *, short: bool) -> Bench:
-    """Cut a random row (axis 0) or column of a force array, or connect it with another.
+    """Cut a random line of a finger's force array, or with ``short`` connect it with another.
 
-    Undriven rows are at ground. So a driven row that is connected with another gets half of the
-    supply, and two connected columns have their dividers in parallel: both read the mean.
+    A line is a row (``axis`` 0) or a column. Undriven rows are at ground. So a driven row that is
+    connected with another gets half of the supply, and two connected columns have their dividers in
+    parallel: both read the mean.
     """
     lines = np.moveaxis(np.arange(TAXELS).reshape(3, 2), axis, 0)
     first, second = lines[rng.permutation(len(lines))[:2]]
@@ -169,7 +170,7 @@ FAULTS: dict[str, Change] = {
 
 
 def put_fault(bench: Bench, name: str, rng: np.random.Generator) -> Bench:
-    """Return the fingertips with the named fault, of random size in a random finger."""
+    """Return the fingertips with the fault ``name``, in a random finger and of random size."""
     if name and name not in FAULTS:
         raise ArgumentError(
             f"the fault {name!r} is not known: use one of {', '.join(FAULTS)}", parameter="fault"
@@ -178,7 +179,7 @@ def put_fault(bench: Bench, name: str, rng: np.random.Generator) -> Bench:
 
 
 class Link:
-    """Link to the computer that loses some frames and delays others."""
+    """Simulated link to the computer, which loses some frames and delays others."""
 
     def __init__(self, bench: Bench, rng: np.random.Generator) -> None:
         self._bench, self._rng = bench, rng
@@ -189,7 +190,7 @@ class Link:
         return self._bench.lost > 0 and self._rng.random() < self._bench.lost
 
     def release(self, now: float) -> float:
-        """Return when a frame that was sent at ``now`` arrives, s."""
+        """Return the time at which a frame sent at ``now`` arrives, s."""
         if not self._bench.stall:
             return now
         while now >= self._end:

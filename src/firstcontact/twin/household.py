@@ -36,7 +36,7 @@ MOST = 2.5
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Number with its source."""
+    """Number in SI units with its source."""
 
     value: float
     source: str = ESTIMATE
@@ -83,7 +83,7 @@ SCATTER = {
 
 @dataclass(frozen=True, slots=True)
 class HouseholdObject:
-    """Type of household object. Its group tells hardness and robustness, as in "soft fragile"."""
+    """Kind of household object, and its group by hardness and robustness ("soft fragile")."""
 
     name: str
     group: str
@@ -100,7 +100,7 @@ class HouseholdObject:
 
     @property
     def kind(self) -> TwinObject:
-        """Object as the twin simulates it, with typical numbers. Specimens scatter around these."""
+        """Typical object of this kind, as the twin simulates it. Specimens scatter around it."""
         n = self.numbers
         mass, loss, modulus = n.mass.value, n.loss.value, gent_modulus(n.shore_a.value)
         flat = ObjectParameters().radius
@@ -134,7 +134,7 @@ def _numbers(row: Mapping[str, str]) -> HouseholdNumbers:
 
 
 def read_table(name: str) -> list[dict[str, str]]:
-    """Return the rows of a table in this folder: the objects' numbers, or their sources."""
+    """Return the rows of a CSV table in this folder. ``name`` is its file name."""
     return list(csv.DictReader(StringIO(files(__package__).joinpath(name).read_text("utf-8"))))
 
 
@@ -156,7 +156,10 @@ def household_named(name: str) -> HouseholdObject:
 def draw_household_specimen(
     seed: int, condition: Condition, item: HouseholdObject, number: int
 ) -> TwinObject:
-    """Draw specimen ``number``: its modulus, mass, friction and breaking force."""
+    """Return specimen ``number`` with random modulus, mass, friction and breaking force.
+
+    They depend only on the seed, the condition, the object and ``number``.
+    """
     kind = item.kind
     drawn = draw_specimen(seed, condition, kind, number)
     rng = generator(seed, condition.name, "household specimen", kind.name, number)

@@ -1,4 +1,4 @@
-"""Mechanics of a pinch with their nominal parameters, integrated with a fixed fine step.
+"""Mechanics of a pinch and their nominal parameters, integrated with a fixed fine step.
 
 Each finger is a chain drive - link - phalanx - mount - board - pad - skin. The skin meets a face of
 the object (Hertz contact with two Maxwell arms, behind the wall of a hollow object). The two faces
@@ -9,8 +9,8 @@ The contact times are given, not the distances from the fingers to the object. A
 effect before it touches. So each face of the object is placed where the finger of that face is at
 the given time.
 
-The loop over time is compiled: ``twin/c/mechanics.c``. ``docs/reference/twin-parameters.md`` has
-the references of numbers such as [1]. A number without a source is an assumption.
+The loop over time is compiled: ``twin/c/mechanics.c``. ``docs/reference/twin-parameters.md`` states
+the source of each number.
 """
 
 from __future__ import annotations
@@ -122,9 +122,9 @@ class ObjectParameters(NamedTuple):
     def solid(
         cls, shore_a: float, mass: float, bulk: float, loss: float, slow: float = 0.0
     ) -> ObjectParameters:
-        """Return a solid from Shore A, mass (kg), bulk stiffness (N/m) and its losses.
+        """Return a solid object from its Shore A, mass, kg, bulk stiffness, N/m, and losses.
 
-        ``loss`` is the loss factor within milliseconds, ``slow`` the share of the stiffness that
+        ``loss`` is the loss factor within milliseconds. ``slow`` is the share of the stiffness that
         relaxes between about 10 ms and the second after which a durometer is read.
         """
         quick_bulk = bulk * (1 + slow)
@@ -151,7 +151,7 @@ PAD_ARM = ObjectParameters().arm_share
 
 
 class Timing(NamedTuple):
-    """Contact times, s from the first sample."""
+    """Times of both contacts of a pinch, s from the first sample."""
 
     first: float
     second: float
@@ -200,7 +200,7 @@ _Vector = NDArray[np.float64]
 
 
 class Piece(NamedTuple):
-    """Pinch whose motion is computed, or a part of it."""
+    """Input and output of the compiled integration of a pinch, or of a part of one."""
 
     index_finger: FingerParameters
     thumb: FingerParameters
@@ -251,13 +251,13 @@ class Piece(NamedTuple):
 
 
 def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
-    """Return the Hertz stiffness of the finger against the object, N/m^1.5."""
+    """Return the Hertz stiffness of a fingertip against an object, N/m^1.5."""
     radius = 1 / (1 / p.tip_radius + 1 / o.radius)
     return hertz_stiffness(contact_modulus(p.pad_modulus, o.modulus), radius)
 
 
 def contact_arms(p: FingerParameters, o: ObjectParameters) -> ObjectParameters:
-    """Return the object with the relaxation of the contact between it and the pad.
+    """Return the object with the relaxation of its contact in place of its own.
 
     The pad gives way at the contact, too. Its silicone relaxes as that of a block. So a contact
     relaxes less than fruit, and as a block does. The strengths are shares of the contact's

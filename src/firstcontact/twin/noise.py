@@ -1,7 +1,7 @@
-"""Noise of motor, gears, mains and electronics, modelled or recorded.
+"""Noise of the motor, gears, mains and electronics, simulated or recorded.
 
-The forces act on the phalanx and reach the piezo through the same mechanics as a contact. They are
-neither white nor Gaussian.
+The forces act on the phalanx (finger bone) and reach the piezo through the same mechanics as a
+contact. They are neither white nor Gaussian.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ RUBBING = np.array([
 
 @dataclass(frozen=True, slots=True)
 class MotorNoise:
-    """Strengths of the noise forces on a finger bone (phalanx). Forces in N, rates in Hz."""
+    """Strengths of the noise forces on a phalanx (finger bone), N, and their rates, Hz."""
 
     rotor_rate: float = 170.0
     """Turns of the rotor per second at the closing speed."""
@@ -81,7 +81,10 @@ class MotorNoise:
 
 @lru_cache(maxsize=8)
 def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return for interpolation the index of the knot before each point, and the share beyond it."""
+    """Return the knot before each of ``n`` points, and the share of the way to the next knot.
+
+    Use both to interpolate between knots. ``dt`` is the time between points, s.
+    """
     place = np.arange(n, dtype=np.float64) * dt / 0.02
     cell = place.astype(np.int64)
     return cell, np.asarray(place - cell)
@@ -90,7 +93,7 @@ def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float
 def phalanx_force(
     noise: MotorNoise, duration: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return a random noise force on one finger bone (phalanx) over ``duration`` s, N."""
+    """Return the random noise force on one phalanx (finger bone) over ``duration`` s, N."""
     n = math.ceil(duration * _RATE) + 2
     dt = 1 / _RATE
     white = rng.standard_normal(n + 200)
@@ -126,7 +129,7 @@ def phalanx_force(
 
 
 class PhalanxNoise:
-    """Noise forces on both finger bones, which grow with the loudness of the motor."""
+    """Noise forces on both phalanges (finger bones), scaled by the motor's loudness."""
 
     dt = 1 / _RATE
 
@@ -139,7 +142,7 @@ class PhalanxNoise:
         self._shaped = 0  # number of points with their loudness applied
 
     def scale_until(self, until: float) -> None:
-        """Scale the noise forces before the time ``until``, s, by the motor's loudness."""
+        """Scale the noise forces up to the time ``until``, s, by the motor's loudness."""
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
             slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]
@@ -151,7 +154,7 @@ class PhalanxNoise:
 def pickup(
     noise: MotorNoise, sheet: float, angle: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the electrical noise of a fingertip's piezo and of its force sheet, V."""
+    """Return the electrical noise in a fingertip's piezo and in its force sheet, V."""
     white = rng.standard_normal((2, angle.size))
     return noise.hum * np.sin(angle) + noise.electronics * white[0], sheet * white[1]
 
@@ -164,7 +167,10 @@ LOUD = 4.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedNoise:
-    """Recorded noise of vibration sensors at rest, at the fingertip's rate, not smoothed."""
+    """Noise that real vibration sensors recorded at rest, resampled to the fingertips' rate.
+
+    The exponential smoothing of the device is removed.
+    """
 
     volts: NDArray[np.float64]
     name: str
@@ -180,7 +186,7 @@ class RecordedNoise:
     def draw(
         self, samples: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Draw a random piece of the recorded noise for index finger and thumb, V."""
+        """Return a random piece of the noise for index finger and thumb, V, (samples,) each."""
         starts = rng.integers(0, max(1, len(self.volts) - samples + 1), 2)
         if self.volts.shape[1] > 1:
             starts[1] = starts[0]
@@ -219,7 +225,7 @@ def read_noise(path: Path) -> RecordedNoise:
 
 
 def _unsmoothed(layout: Layout, data: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the vibration, V, without the device's exponential smoothing, (samples, channels)."""
+    """Return vibration, V, shape (samples, channels), after undoing the device's smoothing."""
     columns = layout.columns(ChannelKind.VIBRATION)[:2]
     channels = layout.vibration[: len(columns)]
     volts = layout.physical(data, columns)

@@ -1,7 +1,4 @@
-"""Objects to pinch: the flat blocks and the everyday objects of the paper.
-
-References such as [5] are in ``docs/reference/twin-parameters.md``.
-"""
+"""Objects that the twin pinches: the flat blocks and the everyday objects of the paper."""
 
 from __future__ import annotations
 
@@ -55,7 +52,7 @@ class TwinObject:
 
     @property
     def shape(self) -> str:
-        """Label of the shape: flat, or unknown ("")."""
+        """Shape for labels: "flat", or "" for unknown."""
         return FLAT if self.nominal.radius > MOST / 1000 else ""
 
     @property
@@ -71,9 +68,9 @@ ORANGE_LOSS = math.tan(math.pi / 2 * math.log(1 / 0.42) / math.log(900))
 
 
 def slow_share(loss: float) -> float:
-    """Return the share of a material's stiffness that relaxes slowly, from its loss factor.
+    """Return the share of a material's stiffness that relaxes slowly, given its loss factor.
 
-    Its modulus falls with the power -2 / pi atan(loss) of time (fractional law). The slow arm is
+    The modulus falls with the power -2 / pi atan(loss) of time (fractional law). The slow arm is
     what it loses in the two decades up to the second after which a durometer is read. Rubber
     relaxes, too, when its Shore A is read, so only what it loses beyond silicone counts.
     """
@@ -82,7 +79,7 @@ def slow_share(loss: float) -> float:
 
 
 def block(shore_a: float) -> TwinObject:
-    """Return a flat block of the paper's size, with any Shore A."""
+    """Return a flat block of the paper's size with this Shore A."""
     # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
     mass = 0.07 * 0.07 * 0.035 * 1100
     bulk = gent_modulus(shore_a) * 0.07 * 0.07 / 0.035
@@ -111,9 +108,9 @@ def _fruit(
 
 
 def shell_stiffness(modulus: float, radius: float, wall: float) -> float:
-    """Return the stiffness of a hollow ball against a dent, N/m (Reissner 1946).
+    """Return the stiffness of a hollow ball against a local dent, N/m (Reissner 1946).
 
-    ``radius`` is the outer radius, ``wall`` the thickness of the wall, m.
+    ``modulus`` is in Pa. ``radius`` is the outer radius and ``wall`` the thickness of the wall, m.
     """
     middle = radius - wall / 2
     return 4 * modulus * wall**2 / (middle * math.sqrt(3 * (1 - POISSON**2)))

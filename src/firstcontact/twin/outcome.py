@@ -1,7 +1,4 @@
-"""Lift of a pinched object by the twin, and the outcome: held, dropped or broken.
-
-Reference [7] is in ``docs/reference/twin-parameters.md``.
-"""
+"""Lift of a pinched object in simulation, and its outcome: held, dropped or broken."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ LIFT = 0.45
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """Lift of an object, in which the weight on the support falls linearly to 0."""
+    """Lift of an object: the support bears less and less of the weight, linearly down to 0."""
 
     #: Time from the first contact to the beginning of the lift, s.
     delay: float = LIFT
@@ -33,7 +30,7 @@ class Lift:
 
     @property
     def begin(self) -> int:
-        """Number of samples from the first contact to the beginning of the lift."""
+        """Number of samples from the first contact to the start of the lift."""
         return round(self.delay * FINGERTIP_RATE)
 
     @property
@@ -42,7 +39,10 @@ class Lift:
         return round((self.delay + self.duration) * FINGERTIP_RATE)
 
     def hanging(self, first: int, samples: int) -> NDArray[np.float64]:
-        """Return the share of the weight that the support does not carry, for each sample."""
+        """Return the share of the weight that hangs on the hand, in each of ``samples`` samples.
+
+        ``first`` is the number of the first sample, counted from the first contact.
+        """
         since = np.arange(first, first + samples) - self.begin
         ramp = self.samples - self.begin
         if ramp == 0:
@@ -66,7 +66,7 @@ slide = load_compiled("firstcontact.twin._compiled").slide
 
 @dataclass(frozen=True, slots=True)
 class GraspOutcome:
-    """Outcome of a pinch. If the object broke, only the time until then counts."""
+    """Outcome of a simulated pinch. If the object broke, it covers only the time before."""
 
     #: Largest grip force, N. The grip force is the smaller contact force.
     peak_force: float
@@ -85,7 +85,7 @@ class GraspOutcome:
 
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
-    """Return the sample from which a grip force stays steady and above ``needed``, or None."""
+    """Return the sample from which on a grip force is steady and above ``needed``, N, or None."""
     width = round(SMOOTHED * FINGERTIP_RATE)
     if len(grip) < 3 * width:
         return None

@@ -1,8 +1,8 @@
-"""Stiffness of the fingertip's pad where it is touched, from the pad's drawing.
+"""Stiffness of the fingertip's pad at the place of a touch, from the pad's drawing.
 
-The one place of the dimples' numbers; the skin's are in ``FingerParameters``. Twin, drawings and
-build page read them here. ``hardware/pad.py`` computes them with finite elements, and
-``tests/hardware`` compares.
+Twin, drawings and build page read the dimples' numbers here; those of the skin are in
+``FingerParameters``. ``hardware/pad.py`` computes them with finite elements, and ``tests/hardware``
+compares them.
 
 A touch of 2 to 3 mm bends the pad between its dimples. It loads those next to it, not all six.
 """
@@ -30,10 +30,13 @@ class PadParameters(NamedTuple):
     damping: float = 0.43
 
     def scaled(self, factor: float) -> PadParameters:
-        """Return the pad at another place, where it is stiffer by a factor."""
+        """Return the pad at a place where it is stiffer by this factor."""
         return PadParameters(*(factor * value for value in self))
 
 
 def confinement(modulus: float, thickness: float) -> float:
-    """Return the decrease of a thin layer's compliance due to its rigid back, m/N."""
+    """Return by how much a rigid back lowers the compliance of a thin layer, m/N.
+
+    ``modulus`` is in Pa, ``thickness`` in m.
+    """
     return 0.11 / (modulus / (2 * (1 + POISSON)) * thickness)

@@ -41,7 +41,7 @@ _LAYOUT = fingertip_layout()
 
 
 def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
-    """Return the drawn pinch shortened to begin ``lead`` s before the first contact."""
+    """Return the parameters of a pinch, shifted to begin ``lead`` s before the first contact."""
     timing = draw.timing
     offset = timing.second - timing.first
     return replace(draw, timing=timing._replace(first=lead, second=lead + offset))
@@ -50,7 +50,10 @@ def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
 def integrate_pinch(
     draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times of the samples, s, and the motion of a drawn pinch."""
+    """Integrate a pinch. Return the times of the samples, s, and the motion at each.
+
+    ``substeps`` is the number of integration steps per sample.
+    """
     run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)
     return _times(run), out[BURN_IN:]
@@ -95,7 +98,7 @@ def simulate_pinch(
 
 
 def simulate_pinches(jobs: Sequence[PinchJob], duration: float = DURATION) -> Iterator[Pinch]:
-    """Yield pinches as :func:`simulate_pinch` does, but faster: several are computed together."""
+    """Yield the pinches of all jobs as :func:`simulate_pinch` does, but compute several at once."""
     for start in range(0, len(jobs), _TOGETHER):
         batch = jobs[start : start + _TOGETHER]
         runs = [PinchRun(job.draw, duration, BURN_IN) for job in batch]
@@ -118,7 +121,7 @@ def _pinch(job: PinchJob, times: NDArray[np.float64], motion: NDArray[np.float64
 
 
 def _times(run: PinchRun) -> NDArray[np.float64]:
-    """Return the times of the samples after the simulation has settled, s."""
+    """Return the times of the samples of a pinch, s, without the settling at the start."""
     return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
 
 
@@ -126,7 +129,10 @@ def touch_voltage(
     finger: FingerParameters, target: ObjectParameters, noise: MotorNoise, jitter: float,
     lead: float, tail: float, rng: np.random.Generator,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """Return the piezo's voltage from ``lead`` s before to ``tail`` s after a finger's contact."""
+    """Return the piezo's voltage, V, around the contact of one finger.
+
+    It begins ``lead`` s before the contact and ends ``tail`` s after it.
+    """
     # The other finger never touches and so has no effect.
     timing = Timing(lead + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
     sheets, shares = (VelostatParameters(),) * 2, np.full((2, TAXELS), 1 / TAXELS)
@@ -139,5 +145,5 @@ def touch_voltage(
 
 
 def piezo_samples(volts: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Return the samples that a device sends for a voltage from :func:`touch_voltage`."""
+    """Convert a voltage from :func:`touch_voltage` into samples as a device sends them."""
     return smoothed(piezo_readings(volts))[BURN_IN:]

@@ -1,4 +1,4 @@
-"""Simulated hand that closes on one object and obeys commands, for grasp control.
+"""Simulated hand that closes on one object and follows commands, to test grasp control.
 
 Without commands it equals a pinch of a simulated set. Samples are computed ahead, as far as no
 later command can take effect.
@@ -90,15 +90,18 @@ class GraspPlant:
 
     @property
     def ended(self) -> bool:
-        """True once the object was lifted and watched, or the longest time has passed."""
+        """True after the object was lifted and watched, or after the longest time."""
         return self.sample >= self._end
 
     def command(self, command: Command) -> None:
-        """Give a command. It takes effect one latency of the drive after the newest sample."""
+        """Give a command.
+
+        It takes effect after the drive's latency, counted from the newest sample.
+        """
         self._run.order(command, BURN_IN + self.sample - 1 + self._delay)
 
     def advance(self, samples: int) -> NDArray[np.int16]:
-        """Advance, and return the next samples as the device sends them."""
+        """Simulate the next ``samples`` samples, and return them as the device sends them."""
         first = self.sample
         self.move(samples)
         read = self._tips.sample
@@ -110,14 +113,14 @@ class GraspPlant:
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
-        """Advance without computing the sensors' readings, in half of the time."""
+        """Simulate the next ``samples`` samples without the sensors, in half of the time."""
         stop = min(self.sample + samples, len(self._motion))
         if stop > self._made:
             self._make(stop)
         self.sample = stop
 
     def copy(self, lift: Lift | None = None) -> Self:
-        """Return an independent copy in the current state, with ``lift`` if given."""
+        """Return an independent copy in the current state. ``lift`` replaces the planned lift."""
         other = copy.copy(self)
         other._run = self._run.fork()
         other._tips = self._tips.fork()
@@ -135,7 +138,7 @@ class GraspPlant:
         return other
 
     def _motion_with_slip(self, first: int) -> NDArray[np.float64]:
-        """Return the motion from sample ``first`` on, with the sound of a slip in the signals."""
+        """Return the motion from the sample ``first`` on, with the sound of slips in the piezos."""
         motion = self._motion[first : self._made]
         if self._sound is None:
             return motion
@@ -148,7 +151,7 @@ class GraspPlant:
         return motion
 
     def _make(self, stop: int) -> None:
-        """Compute the motion up to the sample ``stop`` at least."""
+        """Compute the motion up to the sample ``stop``, or beyond it."""
         first = self._made
         # Samples beyond the end are computed on request, but not ahead.
         samples = max(stop, min(stop + self._delay, self._end)) - first
@@ -176,12 +179,12 @@ class GraspPlant:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """Contacts so far, as strips would show them, in order of time."""
+        """Contacts so far in order of time, as the contact strips would show them."""
         return tuple(c for c in self._contacts if c.sample < self.sample)
 
     @property
     def slipped(self) -> float:
-        """Distance that the object has slid down so far, m."""
+        """Distance that the object has slid down in the hand so far, m."""
         return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
 
     @property
@@ -191,7 +194,7 @@ class GraspPlant:
 
     @property
     def slipping_since(self) -> float | None:
-        """Time at which the current slip began, s; None if the object does not slip."""
+        """Time at which the current slip began, s after the first sample; None without a slip."""
         speeds = self._slid[: self.sample, 1]
         if not (speeds.size and speeds[-1] > 0):
             return None
@@ -200,7 +203,7 @@ class GraspPlant:
 
     @property
     def grip(self) -> float:
-        """Grip force at the newest sample, N. It is the smaller of both contact forces."""
+        """Grip force at the newest sample, N: the smaller of both contact forces."""
         return float(self._motion[self.sample - 1, :, CONTACT_FORCE].min()) if self.sample else 0.0
 
     @property

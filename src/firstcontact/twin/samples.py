@@ -1,4 +1,4 @@
-"""Example data: simulated pinches, and strikes of one finger on a block, without a motor."""
+"""Example data: simulated pinches, and simulated strikes of one finger on a block."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ NOISE = 0.0013
 
 
 def strike(shore_a: float, number: int, seed: int) -> tuple[NDArray[np.float64], int]:
-    """Return the signal of one strike, with full scale 1, and the sample of its contact."""
+    """Return the signal of one simulated strike on a block, and the sample of its contact.
+
+    The full scale of the signal is 1.
+    """
     draw = draw_pinch(seed, condition("paper-rig"), "1", block(shore_a), number)
     still = {"rotor": 0.0, "mesh": 0.0, "friction": 0.0, "click_rate": 0.0, "mains": 0.0}
     index, thumb = (replace(noise, **still, hum=0.0) for noise in draw.noise)
@@ -57,7 +60,7 @@ def strike(shore_a: float, number: int, seed: int) -> tuple[NDArray[np.float64],
 
 
 def strikes(each: int, seed: int) -> Dataset:
-    """Return ``each`` strikes on each of five blocks, as a piezo at a sound input hears them."""
+    """Return ``each`` strikes on each of five blocks, as a piezo at a sound input records them."""
     piezo = VibrationSensor.PIEZO
     channel = Channel(piezo, ChannelKind.VIBRATION, None, "full scale", 1.0, 0.0, sensor=piezo)
     layout, rng = Layout((channel,), FINGERTIP_RATE), np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Simulated electronics of a fingertip: its converters, and the microcontroller's filters.
+"""Simulated electronics of a fingertip: converters, and filters of the microcontroller.
 
 One scan is six readings at one time: both piezos, one taxel of each force array, both strips. The
 filters use integer arithmetic, so that the firmware gives the same bits. The loops are compiled:
@@ -31,7 +31,7 @@ SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index
 
 
 def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
-    """Convert the piezo's voltage into ADC counts."""
+    """Convert voltages of a piezo, V, into readings of the converter, counts."""
     out = np.empty(volts.size, np.uint16)
     _kernels.piezo_counts(np.ascontiguousarray(volts), out)
     return out
@@ -46,7 +46,12 @@ def force_readings(
     state: NDArray[np.float64],
     first: int,
 ) -> NDArray[np.uint16]:
-    """Return the readings of a force array, of which one force cell is measured per sample."""
+    """Convert the force on a finger, N, into readings of its force array, counts.
+
+    Each sample reads one taxel (force cell). ``shares`` has the share of the force on each taxel,
+    ``dt`` the time between samples, s, and ``first`` the number of the first sample. ``state`` is
+    updated.
+    """
     out = np.empty(force.size, np.uint16)
     _kernels.force_counts(
         np.ascontiguousarray(force), np.ascontiguousarray(shares), p,
@@ -56,7 +61,7 @@ def force_readings(
 
 
 def open_reading(p: VelostatParameters) -> int:
-    """Return the reading of every force cell without load and noise, in ADC counts."""
+    """Return the reading of a force cell without load and noise, counts."""
     nothing, state = np.zeros(1), np.zeros((2, TAXELS))
     return int(force_readings(nothing, np.zeros(TAXELS), p, nothing, 1.0, state, 0)[0])
 
@@ -69,7 +74,7 @@ _COLUMNS = fingertip_layout().width
 
 
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
-    """Return one piezo's converter counts, smoothed as the device smooths them."""
+    """Return the readings of one piezo after the device's exponential smoothing, 1/32 counts."""
     out = np.empty(counts.size, np.int16)
     _kernels.smooth(np.ascontiguousarray(counts), out)
     return out
@@ -114,7 +119,7 @@ class DeviceFilter:
 def settled_filter(
     scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
 ) -> DeviceFilter:
-    """Return filters in the state that they have after a long rest without load."""
+    """Return filters in their state after a long rest. ``scan`` is a scan without load."""
     device = DeviceFilter()
     warm_up = np.tile(scan, (ROUND, 1))
     warm_up[:, 2:4] = [open_reading(v) for v in sheets]
@@ -126,7 +131,7 @@ Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
-    """Base class of the converters of both fingertips, which begin without load."""
+    """Base class of the simulated converters of both fingertips, which start without load."""
 
     def __init__(self, draw: PinchDraw) -> None:
         self._draw = draw
@@ -157,7 +162,7 @@ class Fingertips(ABC):
 
 
 class PinchFingertips(Fingertips):
-    """Converters of both fingertips for one pinch. Their noise is drawn in advance."""
+    """Simulated converters of both fingertips for one pinch. Their noise is drawn in advance."""
 
     def __init__(self, draw: PinchDraw, times: NDArray[np.float64]) -> None:
         super().__init__(draw)
@@ -176,7 +181,7 @@ class PinchFingertips(Fingertips):
 
 
 class ScanStream(ABC):
-    """Endless scans, which are computed in pieces and read in any number."""
+    """Base class of endless streams of scans, which may be read in any number."""
 
     def __init__(self) -> None:
         self._left = np.empty((0, len(SCAN)), np.uint16)
@@ -209,7 +214,7 @@ class StreamFingertips(Fingertips):
         self._phases = rng.uniform(0, 2 * math.pi, 2)
 
     def take(self, draw: PinchDraw) -> None:
-        """Use the sensor parameters of another pinch of the same session from now on."""
+        """Use the sensor parameters of ``draw``, another pinch of this session, from now on."""
         for f, (old, new) in enumerate(zip(self._draw.velostat, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
         self._draw = draw
@@ -229,14 +234,20 @@ class StreamFingertips(Fingertips):
 def strip_contacts(
     scans: NDArray[np.uint16], first_sample: int = 0, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the contacts that the strips show in ``scans``, in order of time."""
+    """Return the new contacts that the strips show in ``scans``, in order of time.
+
+    ``first_sample`` is the number of the first scan. Fingers in ``earlier`` contacts are left out.
+    """
     return mask_contacts(scans[:, 4:6] != 0, first_sample, earlier)
 
 
 def mask_contacts(
     closed: NDArray[np.bool_], first_sample: int, earlier: Sequence[Contact]
 ) -> list[Contact]:
-    """Return the contacts in time order from a mask of closed strips, shape (n, 2)."""
+    """Return the new contacts in order of time, given a mask of closed strips, shape (n, 2).
+
+    ``first_sample`` is the number of the first row. Fingers in ``earlier`` contacts are left out.
+    """
     contacts = []
     for f in () if len(earlier) == 2 else Finger:
         sample = first_closed_sample(closed[:, f], first_sample)

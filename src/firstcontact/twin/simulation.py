@@ -1,4 +1,4 @@
-"""Simulation of a set of pinches, written as one recording per session."""
+"""Simulation of sets of pinches, which writes one recording per session."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class PlannedSession:
 def plan_sessions(
     condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
 ) -> tuple[PlannedSession, ...]:
-    """Return the planned sessions: first those with flat blocks, then everyday objects."""
+    """Return the sessions to simulate: first those with flat blocks, then everyday objects."""
     blocks = _sessions(condition, "blocks", BLOCKS, pinches_per_block, BLOCK_SESSIONS, seed)
     objects = _sessions(
         condition, "objects", EVERYDAY_OBJECTS, pinches_per_object, OBJECT_SESSIONS, seed
@@ -86,7 +86,10 @@ def _sessions(
 def planned_pinch(
     seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
 ) -> PlannedPinch:
-    """Return the plan of one pinch. ``copy`` chooses the specimen; large numbers wrap around."""
+    """Return the plan of pinch ``number`` of a session. ``copy`` chooses the specimen.
+
+    If ``copy`` exceeds the number of specimens, it starts again at the first one.
+    """
     copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)
@@ -253,7 +256,7 @@ def _simulate_batch(
     noise: RecordedNoise | None,
     positions: bool,
 ) -> list[Pinch]:
-    """Simulate the pinches of a batch. A pinch does not depend on the others."""
+    """Simulate the pinches of a batch. Each pinch is the same in any batch."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
     jobs = []
     for place, planned in enumerate(batch.pinches, start=batch.first):

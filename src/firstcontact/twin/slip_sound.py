@@ -1,7 +1,8 @@
 """Model of the sound of a slip: patches of the pad stick to the object and release.
 
-**Modelled, not measured on any fingertip.** The loudness of a slip depends mainly on ``coupling``,
-which was not measured. References such as [8] are in ``docs/reference/twin-parameters.md``.
+**Modelled, not measured on any fingertip.** ``docs/reference/twin-parameters.md`` separates sourced
+numbers from assumptions. The loudness of a slip depends mainly on ``coupling``, which was not
+measured.
 
 The front of the pad is a row of patches. Each patch is a mass on the pad's shear stiffness. It is
 pressed against the object with its share of the contact force. A patch sticks until the pull of the
@@ -56,7 +57,7 @@ class SlipParameters(NamedTuple):
 
 
 class SlipSound:
-    """Source of the slip sound in both piezos, piece by piece."""
+    """Simulation of the sound of slips in both piezos, which runs piece by piece."""
 
     def __init__(
         self,
@@ -78,7 +79,11 @@ class SlipSound:
         self._state = np.zeros((2, 7))
 
     def hear(self, forces: _Vector, speeds: _Vector, hanging: _Vector) -> _Vector:
-        """Return the voltage that the sound of a slip adds to each piezo's signal."""
+        """Return the voltage that slips add to each piezo's signal, V.
+
+        ``forces`` are contact forces, N, ``speeds`` those of the sliding object, m/s, and
+        ``hanging`` the share of the weight on the hand.
+        """
         out = np.empty((2, len(forces)))
         pull = 0.5 * self._mass * GRAVITY * hanging
         for f, finger in enumerate(self._fingers):

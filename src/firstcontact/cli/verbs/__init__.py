@@ -24,7 +24,7 @@ GROUP = "firstcontact.verbs"
 
 @cache
 def verb_places() -> dict[str, str]:
-    """Return the location of each command's class by its name, as "module:Class"."""
+    """Return the class of each command by the command's name, as text "module:Class"."""
     modules = sorted(module.name for module in iter_modules(__path__))
     places = {_verb(name): f"{__name__}.{name}:{_class(name)}" for name in modules}
     from importlib.metadata import entry_points  # 20 ms that a verb of ours need not wait for
@@ -35,7 +35,7 @@ def verb_places() -> dict[str, str]:
 
 
 def configuration(verb: str) -> type[Any]:
-    """Import and return the dataclass of a command."""
+    """Import and return the dataclass of a command. Raise InputError if this fails."""
     place = verb_places().get(verb)
     if place is None:
         raise ArgumentError(f"{verb!r} is not a command: choose one of {', '.join(verb_places())}")
@@ -53,7 +53,7 @@ def configuration(verb: str) -> type[Any]:
 
 
 def summary(verb: str) -> str:
-    """Return the first paragraph of a command's docstring, without importing its module."""
+    """Return the first paragraph of a command's docstring, without importing the command."""
     module, _, attribute = verb_places()[verb].partition(":")
     try:
         spec = find_spec(module)
@@ -67,7 +67,7 @@ def summary(verb: str) -> str:
 
 
 def overview(width: int) -> str:
-    """Return the text of ``firstcontact --help`` in lines of at most ``width`` characters."""
+    """Return the text of ``firstcontact --help``, wrapped at ``width`` characters."""
     from textwrap import wrap
 
     import firstcontact

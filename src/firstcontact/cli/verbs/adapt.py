@@ -1,4 +1,4 @@
-"""Verb ``firstcontact adapt``: a model of your own rig, in seconds."""
+"""Command ``firstcontact adapt``: a model of your own rig, in seconds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact calibrate``: noise floors, taps and force curves of fingertips."""
+"""Command ``firstcontact calibrate``: noise floors, taps and force curves of fingertips."""
 
 from __future__ import annotations
 

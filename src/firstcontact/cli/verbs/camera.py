@@ -1,4 +1,4 @@
-"""Verb ``firstcontact camera``: contact times from the strips against a high-speed camera."""
+"""Command ``firstcontact camera``: contact times of the strips, compared with a camera's."""
 
 from __future__ import annotations
 

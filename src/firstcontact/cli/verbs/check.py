@@ -1,4 +1,4 @@
-"""Verb ``firstcontact check``: guided self-test of new fingertips."""
+"""Command ``firstcontact check``: guided self-test of new fingertips."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact evaluate``: scores of a saved model on recordings."""
+"""Command ``firstcontact evaluate``: scores of a saved model on recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact export``: pinches in the formats of other tools."""
+"""Command ``firstcontact export``: pinches in the formats of other tools."""
 
 from __future__ import annotations
 

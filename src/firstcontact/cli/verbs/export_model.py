@@ -1,4 +1,4 @@
-"""Verb ``firstcontact export-model``: a model as C or as ONNX."""
+"""Command ``firstcontact export-model``: a model as C or as ONNX."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact flash-model``: transfer of a model to a device."""
+"""Command ``firstcontact flash-model``: transfer of a model to a device."""
 
 from __future__ import annotations
 

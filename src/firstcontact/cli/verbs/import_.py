@@ -1,4 +1,4 @@
-"""Verb ``firstcontact import``: recordings from files of other formats."""
+"""Command ``firstcontact import``: recordings from files of other formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact info``: versions and ports, or the descriptor of a device."""
+"""Command ``firstcontact info``: versions and ports, or the descriptor of a device."""
 
 from __future__ import annotations
 
@@ -51,7 +51,10 @@ def _software() -> Iterator[str]:
 
 
 def _libraries() -> list[str]:
-    """Return the names of all packages that the package and its extras require, except ``dev``."""
+    """Return the names of the packages that this package and its extras require.
+
+    Those of the extra ``dev`` are left out.
+    """
     # "matplotlib>=3.9; extra == 'plot'"
     needs = (need for need in requires("firstcontact") or [] if "dev" not in need.partition(";")[2])
     names = (re.split(r"[^\w.-]", need)[0] for need in needs)

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact inspect``: description of recordings, and a plot of a pinch."""
+"""Command ``firstcontact inspect``: description of recordings, and a plot of a pinch."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Inspect:
 
 
 def _summary(data: Dataset) -> Iterator[str]:
-    """Yield lines about a dataset: its totals, then each object."""
+    """Yield lines of text about a dataset: first its totals, then each object."""
     from collections import Counter
 
     yield f"source      {data.source}"

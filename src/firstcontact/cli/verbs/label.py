@@ -1,4 +1,4 @@
-"""Verb ``firstcontact label``: page on which a person confirms contacts."""
+"""Command ``firstcontact label``: page on which a person confirms contacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact live``: contacts and estimates from a source, as they happen."""
+"""Command ``firstcontact live``: contacts and estimates from a source, as they happen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact ports``: list of serial ports and sound inputs."""
+"""Command ``firstcontact ports``: list of serial ports and sound inputs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ class Ports:
 
 
 def port_lines(*, ask: bool = False) -> Iterator[str]:
-    """Yield a text about each port: its device, who may open it, and with ``ask`` what answers."""
+    """Yield a line per port with its description and access rights.
+
+    With ``ask``, more lines state what answers on it.
+    """
     from firstcontact.device.opening import list_devices
     from firstcontact.device.ports import access, groups, ports
 
@@ -52,7 +55,7 @@ def port_lines(*, ask: bool = False) -> Iterator[str]:
 
 
 def answer(port: str) -> Iterator[str]:
-    """Yield lines that describe the device on a port, or the reason why it cannot be read."""
+    """Yield lines about the device on a port, or one with the reason why it cannot be read."""
     from firstcontact.device.descriptor import skipped_model
     from firstcontact.device.serial_source import SerialSource
 

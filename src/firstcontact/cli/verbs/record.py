@@ -1,4 +1,4 @@
-"""Verb ``firstcontact record``: guided recording of labelled pinches."""
+"""Command ``firstcontact record``: guided recording of labelled pinches."""
 
 from __future__ import annotations
 

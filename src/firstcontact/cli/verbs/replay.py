@@ -1,4 +1,4 @@
-"""Verb ``firstcontact replay``: a recording that is served as a live device."""
+"""Command ``firstcontact replay``: a recording that is served as a live device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact simulate``: recordings from the pinch twin."""
+"""Command ``firstcontact simulate``: recordings from the pinch twin."""
 
 from __future__ import annotations
 

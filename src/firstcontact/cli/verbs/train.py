@@ -1,4 +1,4 @@
-"""Verb ``firstcontact train``: models and a detector, fitted to labelled pinches."""
+"""Command ``firstcontact train``: models and a detector, fitted to labelled pinches."""
 
 from __future__ import annotations
 

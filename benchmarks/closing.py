@@ -33,7 +33,7 @@ STEP = 100
 
 
 def plant(number: int, latency: float, lift: Lift) -> GraspPlant:
-    """Return the plant for the closing with this number, on a household object."""
+    """Return a simulated hand before closing ``number``, at rest around a household object."""
     household_object = HOUSEHOLD[number % len(HOUSEHOLD)]
     specimen = draw_household_specimen(0, CONDITIONS["paper-rig"], household_object, 0)
     draw = draw_pinch(0, CONDITIONS["paper-rig"], "benchmark", specimen, number)
@@ -41,7 +41,7 @@ def plant(number: int, latency: float, lift: Lift) -> GraspPlant:
 
 
 def approach(hand: GraspPlant) -> GraspPlant:
-    """Command a gentle closing until a finger touches."""
+    """Command a gentle closing, and advance the hand until a finger touches. Return the hand."""
     hand.command(Command(hand.nominal.speed, 1.0))
     while not hand.contacts:
         hand.move(BLOCK)
@@ -49,7 +49,10 @@ def approach(hand: GraspPlant) -> GraspPlant:
 
 
 def close(hand: GraspPlant, reads: bool) -> Any:
-    """Approach gently, slow down at the first contact, then squeeze."""
+    """Close gently, slow down at the first contact, then squeeze. Return the outcome.
+
+    With ``reads``, the samples are read until the last command.
+    """
     if hand.sample == 0:
         hand.command(Command(hand.nominal.speed, 1.0))
     orders = [Command(0.03, 1.0), Command(0.03, 4.0)]
@@ -69,24 +72,24 @@ def close(hand: GraspPlant, reads: bool) -> Any:
 
 
 def new_closing(number: int, latency: float, lift: Lift) -> Any:
-    """Build a plant and run a whole closing."""
+    """Build a simulated hand, run a whole closing, and return the outcome."""
     return close(plant(number, latency, lift), reads=True)
 
 
 def forked(hand: GraspPlant, reads: bool) -> Any:
-    """Copy a prepared plant and run the rest of its closing."""
+    """Copy a prepared hand, run the rest of the closing with the copy, and return the outcome."""
     return close(hand.copy(), reads)
 
 
 def spent(work: Callable[[], Any]) -> tuple[float, Any]:
-    """Return the processor time of a closing, ms, and its outcome."""
+    """Call a function that runs a closing. Return its processor time, ms, and its outcome."""
     begin = time.process_time()
     outcome = work()
     return 1e3 * (time.process_time() - begin), outcome
 
 
 def main() -> dict[str, float]:
-    """Print the results. Return the ratios."""
+    """Measure all variants and print the table. Return the ratios to the reference by name."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--rounds", type=int, default=3, help="passes over the household")
     options = parser.parse_args()

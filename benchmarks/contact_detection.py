@@ -25,7 +25,7 @@ STEP = samples_in(SvmDetector.step, LAYOUT.rate)
 
 
 def closing(seed: int, samples: int = 1480) -> Pinch:
-    """Return a closing: noise on both fingers, and a damped oscillation where one touches."""
+    """Return a synthetic closing: noise on both fingers, and damped ringing where one touches."""
     rng = np.random.default_rng(seed)
     data = rng.normal(16384, 40, (samples, 16))
     contact = int(rng.integers(500, 900))
@@ -37,7 +37,7 @@ def closing(seed: int, samples: int = 1480) -> Pinch:
 
 
 def streamed(detector: Detector, data: np.ndarray) -> None:
-    """Send a stream through the detector, in blocks of one step of its windows."""
+    """Pass a closing's samples to the detector, in blocks of one step of its windows."""
     chain = contact_chain(detector, LAYOUT)
     for start in range(0, len(data), STEP):
         chain.take(Block(data[start : start + STEP], start))
@@ -54,7 +54,7 @@ def seconds(work: Callable[[], object], repeats: int = 3) -> float:
 
 
 def naive_seconds_a_window(svm: SvmDetector, windows: int) -> float:
-    """Return the time for a number of windows, each with one ``predict`` of scikit-learn, s."""
+    """Return the time for ``windows`` windows, s, each with one ``predict`` of scikit-learn."""
     from sklearn.svm import SVC
 
     arrays = svm.to_arrays()
@@ -73,7 +73,7 @@ def naive_seconds_a_window(svm: SvmDetector, windows: int) -> float:
 
 
 def main() -> dict[str, float]:
-    """Print the table. Return the ratios."""
+    """Measure the speeds and print the table. Return the ratios by name."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=20.0, help="length of the stream")
     parser.add_argument("--pinches", type=int, default=500, help="pinches scored offline")

@@ -1,10 +1,10 @@
 """Speed of our decoder of a device's bytes, compared with real time and with a plain decoder.
 
-One minute of stream goes through our decoder and the assembler of blocks. The stream is cut into
+One minute of samples goes through our decoder and the assembler of blocks. The bytes are cut into
 pieces of 1 ms, as a port delivers them, and into pieces of 64 kB, as after a stall. The plain
 decoder undoes COBS byte by byte, and uses ``zlib`` for the CRC and ``struct`` for the samples. Both
-must give the same samples. Run it with one thread:
-``OMP_NUM_THREADS=1 python benchmarks/decoding.py``.
+must give the same samples. Run it with one thread: ``OMP_NUM_THREADS=1 python
+benchmarks/decoding.py``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,10 @@ REPEATS = 5
 
 
 def stream(seconds: float) -> tuple[bytes, bytes, np.ndarray]:
-    """Return a device's descriptor frame, its sample frames and the samples in them."""
+    """Return the bytes that a device sends in ``seconds`` s.
+
+    The result is the frame with its descriptor, the frames with its samples, and these samples.
+    """
     count = round(seconds * LAYOUT.rate / FRAME_SAMPLES) * FRAME_SAMPLES
     # Slow and small signals, as of piezos and taxels, with many zero bytes.
     rng = np.random.default_rng(0)
@@ -54,7 +57,7 @@ def stream(seconds: float) -> tuple[bytes, bytes, np.ndarray]:
 
 
 def ours(greeting: bytes, pieces: list[bytes]) -> tuple[float, list[Block]]:
-    """Return the time of our decoder and assembler, s, and the blocks that they give."""
+    """Decode the bytes with this package. Return the time, s, and the decoded blocks."""
     assembler = Assembler()
     assembler.feed(greeting)
     blocks: list[Block] = []
@@ -67,7 +70,7 @@ def ours(greeting: bytes, pieces: list[bytes]) -> tuple[float, list[Block]]:
 
 
 def plain(pieces: list[bytes]) -> tuple[float, list[tuple[int, ...]]]:
-    """Return the time of the plain decoder, s, and the rows of samples that it gives."""
+    """Decode the bytes with the plain decoder. Return the time, s, and the rows of samples."""
     row = struct.Struct(f"<{CHANNELS}h")
     rows: list[tuple[int, ...]] = []
     body = bytearray()
@@ -94,7 +97,7 @@ def plain(pieces: list[bytes]) -> tuple[float, list[tuple[int, ...]]]:
 
 
 def main() -> dict[str, float]:
-    """Print the results. Return the ratios."""
+    """Measure both decoders and print the table. Return the ratios by name."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="length of the stream")
     settings = parser.parse_args()

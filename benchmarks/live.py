@@ -61,12 +61,12 @@ FRAME, LONG = 5, 494
 
 
 def split(data: np.ndarray, size: int) -> list[Block]:
-    """Return a stream in blocks of ``size`` samples."""
+    """Return an array of samples in blocks of ``size`` samples."""
     return [Block(data[i : i + size], i) for i in range(0, len(data), size)]
 
 
 def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[PinchDone]]:
-    """Return the time that a pipeline needs for a stream, s, and the pinches that it reports."""
+    """Pass all blocks to a pipeline. Return the time, s, and the pinches that it reports."""
     pinches = []
     begin = time.perf_counter()
     for block in blocks:
@@ -77,7 +77,7 @@ def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[Pinch
 
 
 def one_answer(model: RigModel, seed: int, times: int = 5000) -> str:
-    """Return the wall-clock time and the processor time of one prediction of an any-time model."""
+    """Return a line with the wall-clock and processor time of one prediction of the model."""
     rng = np.random.default_rng(seed)
     samples = samples_in(Touches.LONGEST, LAYOUT.rate)
     ring = np.exp(-np.arange(samples) / 25) * np.sin(np.arange(samples) / 8)
@@ -100,7 +100,7 @@ def one_answer(model: RigModel, seed: int, times: int = 5000) -> str:
 def naive_seconds(
     data: np.ndarray, pinches: list[PinchDone], detector: Detector, model: SvmModel
 ) -> float:
-    """Return the median time of a prediction that starts from the whole closing so far, s."""
+    """Return the median time of one naive prediction, s: it processes the whole closing so far."""
     arrays = model.to_arrays()
     c, gamma, epsilon = (float(p) for p in arrays["parameters"])
     machine = svm_machine(model.spec.task, (c, gamma, epsilon))
@@ -122,7 +122,7 @@ def naive_seconds(
 
 @contextmanager
 def viewer(address: str) -> Iterator[None]:
-    """Open the socket of the page and read all messages."""
+    """Connect to the live page's socket at ``address``. Read all messages until the block ends."""
     from websockets.sync.client import connect
 
     with connect(address.replace("http", "ws") + "socket", compression=None) as line:
@@ -133,7 +133,10 @@ def viewer(address: str) -> Iterator[None]:
 
 @contextmanager
 def disturbance() -> Iterator[None]:
-    """Keep each core busy, and stop and continue one more busy process at random."""
+    """Keep the computer busy within the ``with`` block.
+
+    One process keeps each core busy. Another one is stopped and continued at random.
+    """
     ended = threading.Event()
     busy = [sys.executable, "-c", "while True: pass"]
     processes = [subprocess.Popen(busy) for _ in range((os.cpu_count() or 1) + 1)]
@@ -202,7 +205,7 @@ class RealTime:
 
     @property
     def words(self) -> str:
-        """Text with the results on one line."""
+        """Results of the run as text on one line."""
         p50, p99, longest = self.compute_ms
         return (
             f"estimate in time in {self.in_force} of {self.closings} closings "
@@ -218,7 +221,11 @@ OF_ALL = ("first_ms", "later_ms")
 
 
 def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
-    """Run ``firstcontact live`` on the twin, over its pseudo terminal, and read its JSON lines."""
+    """Run ``firstcontact live`` on the twin for ``seconds`` s, and return its results.
+
+    The samples come over the twin's pseudo terminal. With ``looked_at``, the page is served to a
+    client.
+    """
     command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin", "--json"]
     command += ["--seed", str(seed), "--seconds", str(seconds)]
     command += ["--page", "--port", "0"] if looked_at else []
@@ -267,7 +274,7 @@ def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
 
 
 def main() -> dict[str, float]:
-    """Print the results. Return the ratios."""
+    """Measure everything and print the results. Return the ratios by name."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=20.0, help="length of each stream")
     parser.add_argument("--seed", type=int, default=5, help="random seed of the stream")

@@ -1,8 +1,9 @@
 """Run all benchmarks, and compare their ratios with those of an earlier run.
 
 Each other program in this folder measures how many times faster our code is than what a user would
-otherwise run; its function ``main`` returns these ratios. Ratios that fell by more than 20 % are
-shown. Run it on an idle machine: ``python benchmarks/run.py --out docs/results/benchmarks.json``.
+otherwise run. The function ``main`` of each returns these ratios by name. Ratios that fell by more
+than 20 % are shown. Run it on an idle machine: ``python benchmarks/run.py --out
+docs/results/benchmarks.json``.
 """
 
 from __future__ import annotations
@@ -29,12 +30,12 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 
 
 def programs() -> list[Path]:
-    """Return the benchmarks: all other programs of this folder."""
+    """Return the paths of the benchmarks: all other programs in this folder."""
     return [p for p in sorted(HERE.glob("*.py")) if p.name not in ("run.py", "machine.py")]
 
 
 def ratios_of(program: Path) -> dict[str, float]:
-    """Run a benchmark in a separate process and return its ratios.
+    """Run a benchmark in a process of its own, and return its ratios by name.
 
     Raises
     ------
@@ -49,7 +50,7 @@ def ratios_of(program: Path) -> dict[str, float]:
 
 
 def slower(earlier: dict[str, float], now: dict[str, float]) -> list[str]:
-    """Return a line for each ratio that is missing, or fell by more than ``NOISE``."""
+    """Return a line of text for each ratio that is missing, or fell by more than ``NOISE``."""
     return [
         f"slower than before: {name}: {now.get(name, 'no ratio')} instead of {ratio} times as fast"
         for name, ratio in earlier.items()

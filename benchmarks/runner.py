@@ -1,4 +1,4 @@
-"""Time of the same work with one and two workers: local processes and a local Dask cluster.
+"""Time of the same work with one and with two workers, as local processes and as Dask workers.
 
 All workers run, and have loaded the compiled functions, before the measurement begins. The work is
 pinches of the twin, and cross-validated support vector regressions on them. Run it on an idle
@@ -28,13 +28,16 @@ from firstcontact.twin import simulate
 
 @contextmanager
 def local(workers: int) -> Iterator[None]:
-    """Work without a cluster: local processes for the regressions, threads for the pinches."""
+    """Compute without a cluster within the ``with`` block.
+
+    Regressions use ``workers`` processes, pinches use threads.
+    """
     yield
 
 
 @contextmanager
 def cluster(workers: int) -> Iterator[None]:
-    """Use a Dask cluster on this machine."""
+    """Compute on a Dask cluster on this machine within the ``with`` block."""
     with (
         LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
@@ -45,7 +48,7 @@ def cluster(workers: int) -> Iterator[None]:
 
 
 def regressions(data: LabelledWindows, runner: Runner) -> float:
-    """Return the time for all folds, s."""
+    """Return the time to cross-validate a regression on these windows, s."""
     question = Question("svm", Task.REGRESSION, data, by_session(data.sessions, data.y, 0, 10))
     begin = time.perf_counter()
     held_out(runner, [question], 0)
@@ -53,7 +56,7 @@ def regressions(data: LabelledWindows, runner: Runner) -> float:
 
 
 def pinches(each: int, workers: int) -> float:
-    """Return the time for a set of pinches, s."""
+    """Return the time to simulate ``each`` pinches of each block, s."""
     with tempfile.TemporaryDirectory() as folder:
         begin = time.perf_counter()
         simulate(
@@ -63,12 +66,12 @@ def pinches(each: int, workers: int) -> float:
 
 
 def windows(dataset: Dataset) -> LabelledWindows:
-    """Return the windows of the pinches at their known contacts."""
+    """Return windows of the pinches, which start at the known contacts."""
     return labelled_windows(dataset, [p.first for p in dataset.pinches], DURATION, dataset.shore_a)
 
 
 def main() -> dict[str, float]:
-    """Print the results. Return the ratios."""
+    """Measure both kinds of workers and print the table. Return the ratios by name."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--pinches", type=int, default=100, help="pinches of each block")
     settings = parser.parse_args()

@@ -1,9 +1,9 @@
-"""Time and memory of each step against the number of pinches.
+"""Time and memory of each step of a project, for several numbers of pinches.
 
 Each step runs in a separate process on simulated recordings. The table shows wall time, processor
 time and peak memory. It also shows the processor time per pinch, relative to that with the smallest
-number of pinches. 100,000 pinches take 5 GB of disk. Run it with
-``OMP_NUM_THREADS=1 python benchmarks/scale.py --pinches 1000 10000 100000``.
+number of pinches. 100,000 pinches take 5 GB of disk. Run it with ``OMP_NUM_THREADS=1 python
+benchmarks/scale.py --pinches 1000 10000 100000``.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Step:
 
 
 def measured(pinches: int, name: str, arguments: list[str]) -> Step:
-    """Run a command and return its cost.
+    """Run the command with these arguments, and return its cost under the name ``name``.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def measured(pinches: int, name: str, arguments: list[str]) -> Step:
 
 
 def steps(pinches: int, folder: Path) -> Iterator[Step]:
-    """Run all steps with a number of pinches of blocks. Yield the cost of each when it ends."""
+    """Run all steps on ``pinches`` pinches of blocks. Yield the cost of each when it has ended."""
     verb = [sys.executable, "-m", "firstcontact.cli.main"]
     data, unseen = folder / "pinches", folder / "unseen"
     model, network = folder / "model", folder / "network"
@@ -108,7 +108,7 @@ def steps(pinches: int, folder: Path) -> Iterator[Step]:
 
 
 def main() -> dict[str, float]:
-    """Print the table. Return the cost of a pinch of the first set over that of another set."""
+    """Print the table. Return the processor time per pinch of the first set, relative to others."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--pinches", type=int, nargs="+", default=[100, 400], help="pinches of blocks"

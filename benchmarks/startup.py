@@ -23,7 +23,7 @@ STARTED = {
 
 
 def seconds(arguments: list[str]) -> tuple[float, float]:
-    """Run Python and return wall-clock and processor time, s."""
+    """Run Python with these arguments. Return its wall-clock and processor time, s."""
     start = resource.getrusage(resource.RUSAGE_CHILDREN)
     began = time.perf_counter()
     subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
@@ -34,7 +34,7 @@ def seconds(arguments: list[str]) -> tuple[float, float]:
 
 
 def main() -> dict[str, float]:
-    """Measure all commands and print the comparison. Return the ratios."""
+    """Measure all commands and print the table. Return the ratios by name."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--times", type=int, default=20)
     settings = parser.parse_args()

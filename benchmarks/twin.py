@@ -1,8 +1,7 @@
-"""Speed of the twin, convergence of its time step, and memory at paper size.
+"""Speed of the twin, accuracy of its time step, and memory for as many pinches as in the paper.
 
-The reference for speed and waveform is SciPy's
-``solve_ivp`` with the derivative in Python. Run it on an idle machine: ``OMP_NUM_THREADS=1 python
-benchmarks/twin.py``.
+The reference for speed and waveform is SciPy's ``solve_ivp`` with the derivative in Python. Run it
+on an idle machine: ``OMP_NUM_THREADS=1 python benchmarks/twin.py``.
 """
 
 from __future__ import annotations
@@ -39,13 +38,16 @@ EVERYDAY = CONDITIONS["everyday"]
 
 
 def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> PinchDraw:
-    """Return the random draw of the pinch with this number, which is always the same."""
+    """Return the parameters of pinch ``number`` of an object. They are the same in each call."""
     specimen = draw_specimen(0, condition, kind, 0)
     return draw_pinch(0, condition, "benchmark", specimen, number)
 
 
 def halving(pinches: int) -> float:
-    """Return the largest change of a waveform if the step is halved, as a share of its peak."""
+    """Return the change of a waveform if the time step is halved, as a share of its peak.
+
+    It is the largest change in ``pinches`` pinches.
+    """
     worst = 0.0
     for condition in (PAPER_RIG, EVERYDAY):
         for kind in (*BLOCKS, *EVERYDAY_OBJECTS):
@@ -60,7 +62,7 @@ def halving(pinches: int) -> float:
 
 
 def captured(draw: PinchDraw) -> Piece:
-    """Return the piece that :func:`integrate_pinch` passes to the compiled kernel."""
+    """Return the input that :func:`integrate_pinch` passes to the compiled integration."""
     taken: list[Piece] = []
     kernel = run_module.integrate_all
     run_module.integrate_all = lambda pieces: taken.extend(pieces) or [len(pieces[0].times)]
@@ -72,7 +74,7 @@ def captured(draw: PinchDraw) -> Piece:
 
 
 def plain(draw: PinchDraw) -> np.ndarray:
-    """Return the buffers' voltages of a pinch from ``solve_ivp``, shape (samples, 2)."""
+    """Return the voltages of both buffers in a pinch, V, (samples, 2), from ``solve_ivp``."""
     piece = captured(draw)._replace(back_damping=0.0, gap=np.full(2, np.nan))
     times, touch, gap = piece.times, piece.touch, piece.gap
     grid = np.arange(piece.noise.shape[1]) * piece.noise_dt
@@ -103,7 +105,7 @@ def plain(draw: PinchDraw) -> np.ndarray:
 
 
 def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
-    """Return the pinches simulated and written per second, and processor time of one pinch, s."""
+    """Return pinches simulated and written per second, and processor time of one pinch, s."""
     begin, busy = time.perf_counter(), time.process_time()
     simulate_recordings(folder, "paper-rig", each, 0, 0, workers)
     pinches = 5 * each
@@ -111,7 +113,7 @@ def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
 
 
 def excerpts(workers: int, pinches: int) -> float:
-    """Return the pinches per second if only 60 ms around the first contact are simulated."""
+    """Return pinches simulated per second, with only 60 ms around the first contact of each."""
     draws = [excerpt(drawn(BLOCKS[i % 5], i), 0.040) for i in range(pinches)]
     batches = [[PinchJob(draw, Label()) for draw in draws[i::25]] for i in range(25)]
 
@@ -125,7 +127,7 @@ def excerpts(workers: int, pinches: int) -> float:
 
 
 def main() -> dict[str, float]:
-    """Print the results. Return the ratios."""
+    """Measure everything and print the results. Return the ratios by name."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--pinches", type=int, default=200, help="pinches of each block")
     parser.add_argument("--paper-size", action="store_true", help="also measure the full set")

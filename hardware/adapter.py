@@ -34,7 +34,7 @@ class Finger:
 
 
 def check_finger(f: Finger, d: Dimensions) -> None:
-    """Raise ValueError if the adapter cannot hold a finger."""
+    """Raise ValueError if an adapter cannot be made for these lengths of a finger."""
     shortest = d.screw_length + d.head_diameter + 2 * d.thinnest
     if f.length < shortest:
         raise ValueError(f"--length must be at least {shortest:.1f} mm: the screws need it")
@@ -49,12 +49,15 @@ def plate_thickness(d: Dimensions) -> float:
 
 
 def outer_width(f: Finger, d: Dimensions) -> float:
-    """Return the width over the cheeks, mm: at least that of the mount, so that heads fit."""
+    """Return the width over the adapter's cheeks, mm.
+
+    Screw heads need at least the mount's width.
+    """
     return max(f.width + 2 * (d.finger_fit + d.cheek), d.outer[1])
 
 
 def adapter(f: Finger, d: Dimensions) -> Part:
-    """Return the adapter as it is printed, the mount's side on z = 0, the tip towards +x."""
+    """Return the adapter in its position for printing: the mount's side on z = 0, the tip at +x."""
     check_finger(f, d)
     floor, cheek = plate_thickness(d), d.cheek_share * f.thickness
     outer, tip = outer_width(f, d), d.outer[0] / 2
@@ -73,7 +76,7 @@ def adapter(f: Finger, d: Dimensions) -> Part:
 
 
 def drawing(d: Dimensions, f: Finger | None = None) -> Drawing:
-    """Return the drawing of what to measure, and of the adapter."""
+    """Return the drawing of the lengths to measure on a finger, and of the adapter."""
     f = f or Finger()
     sheet = Drawing(980, 410, "Finger with the three lengths to measure, and its adapter")
     a, corner = f.width / 2, 3.0

@@ -54,7 +54,10 @@ PLACES = {
 
 
 def _mirrored(track: Track, thumb: str) -> Track:
-    """Return the thumb's track for one of the index finger. ``thumb`` names its pads in order."""
+    """Return the thumb's track, mirrored from one of the index finger.
+
+    ``thumb`` names the pads on it in order, such as "R20.1 C21.2".
+    """
     pads = iter(thumb.split())
     stops = tuple(
         next(pads) if isinstance(stop, str)
@@ -88,7 +91,7 @@ def _amplifiers() -> list[Track]:
 
 
 def _references() -> list[Track]:
-    """Return the tracks of 1.65 V, its divider and the supply."""
+    """Return the tracks of the 1.65 V reference, of its divider and of the supply."""
     return [
         Track(("R1.2", (None, 32.0), "U1.12")),
         Track(("R1.2", "C1.1", "R2.1")),
@@ -113,7 +116,7 @@ def _references() -> list[Track]:
 
 
 def _digital() -> list[Track]:
-    """Return the tracks of rows, columns and strips."""
+    """Return the tracks of the force arrays' rows and columns, and of the contact strips."""
     below = CONTACTS + 2.2
     return [
         # Rows of the index finger: above the Teensy, down the left edge, below the connector.
@@ -147,7 +150,7 @@ def _digital() -> list[Track]:
 
 
 def _texts() -> list[Text]:
-    """Return what the silkscreen says besides the names of parts."""
+    """Return the texts on the silkscreen, without the names of parts."""
     words = [wire.replace("column", "col").replace("_", " ") for wire in CABLE]
     return [
         *(

@@ -1,4 +1,7 @@
-"""Committed KiCad files, read without KiCad, and what is ordered for them."""
+"""Reader of the committed KiCad boards, which compares them with the table of parts.
+
+It does not need KiCad.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ SMD = (Kind.RESISTOR, Kind.CAPACITOR, Kind.DIODES, Kind.AMPLIFIER)
 
 
 class Placed(NamedTuple):
-    """Part on a board, as its file has it."""
+    """Part on a board, as the board's file states it."""
 
     value: str
     footprint: str
@@ -33,7 +36,7 @@ class Placed(NamedTuple):
 
 
 def read_board(file: Path) -> dict[str, Placed]:
-    """Return the parts of a board by reference, without its holes."""
+    """Return the parts of a board file by reference, such as "R1". Holes are left out."""
     found = {}
     for footprint in all_of(parse(file.read_text("utf-8")), "footprint"):
         nets: dict[str, set[str]] = {}
@@ -49,12 +52,12 @@ def read_board(file: Path) -> dict[str, Placed]:
 
 
 def expected_nets(part: Part) -> dict[str, set[str]]:
-    """Return the nets of a part's pads, as the table has them."""
+    """Return the nets of a part's pads by pad name, according to the table of parts."""
     return {pin: {net_name(net)} for pin, net in part.pins.items()}
 
 
 def differences(folder: Path, name: str, table: Iterable[Part]) -> list[str]:
-    """Return sentences on what a committed board and its schematic have else than the table."""
+    """Return a sentence for each difference of a board or its schematic from the table of parts."""
     found = []
     board = read_board(folder / name / f"{name}.kicad_pcb")
     symbols = read_symbols(folder / name / f"{name}.kicad_sch")
@@ -83,7 +86,7 @@ def differences(folder: Path, name: str, table: Iterable[Part]) -> list[str]:
 
 
 def read_pins(file: Path = PINS) -> dict[str, str]:
-    """Return the net of each pin that the firmware's header assigns."""
+    """Return the net of each pin of the Teensy, according to the firmware's header."""
     nets = {}
     pattern = r"(\w+)_PIN\S+ = \{(.*)\};"
     for name, values in re.findall(pattern, file.read_text("utf-8")):
@@ -110,7 +113,7 @@ def pin_differences(file: Path = PINS) -> list[str]:
 
 
 def read_symbols(file: Path) -> dict[str, tuple[str, str, str]]:
-    """Return value, footprint and number of each symbol of a schematic, by reference."""
+    """Return (value, footprint, part number) of each symbol of a schematic, by reference."""
     return {
         property_of(symbol, "Reference"): (
             property_of(symbol, "Value"), property_of(symbol, "Footprint"),
@@ -122,5 +125,5 @@ def read_symbols(file: Path) -> dict[str, tuple[str, str, str]]:
 
 
 def placed() -> set[str]:
-    """Return the references of the parts that a machine places."""
+    """Return the references of the parts that a machine places on the amplifier board."""
     return {part.reference for part in parts() if part.kind in SMD}

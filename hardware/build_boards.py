@@ -30,7 +30,7 @@ LAYERS = "F.Cu,B.Cu,F.Mask,B.Mask,F.Silkscreen,B.Silkscreen,F.Paste,Edge.Cuts"
 
 
 def missing_packages() -> str:
-    """Return a sentence that says what to install, or nothing."""
+    """Return a sentence that says what to install; "" if KiCad 9 is there."""
     command = shutil.which("kicad-cli")
     version = _run("kicad-cli", "version").strip() if command else ""
     footprints = Path("/usr/share/kicad/footprints")
@@ -52,13 +52,16 @@ def _run(*command: str | Path) -> str:
 
 
 def erc(schematic: Path) -> list[str]:
-    """Return the violations of the electrical rules."""
+    """Return the violations of KiCad's electrical rules in a schematic, a sentence each."""
     report = _report("sch", "erc", "--severity-all", schematic)
     return [text for sheet in report["sheets"] for text in _sentences(sheet["violations"])]
 
 
 def drc(board: Path) -> dict[str, list[str]]:
-    """Return violations of the design rules, missing tracks, and what the schematic has else."""
+    """Return KiCad's faults of a board by kind, a sentence each.
+
+    The kinds are violated design rules, missing tracks, and differences from the schematic.
+    """
     report = _report("pcb", "drc", "--severity-all", "--schematic-parity", board)
     names = ("violations", "unconnected_items", "schematic_parity")
     return {name: _sentences(report[name]) for name in names}
@@ -79,7 +82,7 @@ def _sentences(violations: list[Any]) -> list[str]:
 
 
 def faults(folder: Path, name: str) -> list[str]:
-    """Return all faults that KiCad finds in a board and its schematic."""
+    """Return a sentence for each fault that KiCad finds in a board and its schematic."""
     found = [f"ERC {text}" for text in erc(folder / f"{name}.kicad_sch")]
     for kind, texts in drc(folder / f"{name}.kicad_pcb").items():
         found += [f"{kind} {text}" for text in texts]
@@ -90,7 +93,7 @@ def faults(folder: Path, name: str) -> list[str]:
 
 
 def export(folder: Path, name: str, out: Path) -> None:
-    """Write Gerbers, drills, positions, drawings and the solid of one board."""
+    """Write the Gerbers, drills, part positions, drawings and 3D model of a board into ``out``."""
     board, sheet = folder / f"{name}.kicad_pcb", folder / f"{name}.kicad_sch"
     gerbers = out / "gerbers"
     shutil.rmtree(out, ignore_errors=True)
@@ -183,7 +186,7 @@ def _drop_wire(sheet: list[Element]) -> None:
 
 
 def _other_value(sheet: list[Element]) -> None:
-    """Give a resistor of the schematic another value."""
+    """Change the value of a resistor in a schematic, for :func:`selftest`."""
     for symbol in all_of(sheet, "symbol"):
         if property_of(symbol, "Reference") == "R13":
             next(p for p in all_of(symbol, "property") if p[1] == "Value")[2] = "8.2k"
@@ -205,7 +208,7 @@ def _drop_track(board: list[Element]) -> None:
 
 
 def _swap_pads(board: list[Element]) -> None:
-    """Swap the nets of a resistor's pads."""
+    """Swap the nets of a resistor's pads on a board, for :func:`selftest`."""
     for footprint in all_of(board, "footprint"):
         if property_of(footprint, "Reference") == "R12":
             nets = [one_of(pad, "net") for pad in all_of(footprint, "pad")]
@@ -223,7 +226,10 @@ SEEDED: tuple[tuple[str, str, Callable[[list[Element]], None], str], ...] = (
 
 
 def selftest(folder: Path, name: str = "amplifier") -> None:
-    """Put one fault after the other into a copy of a board. Raise if a check overlooks it."""
+    """Put one fault after another into copies of a board, to test the checks.
+
+    Raise RuntimeError if a check overlooks its fault.
+    """
     for fault, suffix, seed, message in SEEDED:
         with tempfile.TemporaryDirectory() as copy:
             target = Path(copy, name)

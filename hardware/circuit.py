@@ -1,8 +1,8 @@
-"""Parts and nets of the two boards: the one table.
+"""Table of the parts and nets of both boards.
 
 The SPICE netlist, the KiCad files, the bill of materials and the tables of the build page are made
-from :func:`parts` (amplifier for two fingertips and a Teensy 4.0) and :func:`fingertip_parts`.
-Each value names its source, or is marked as an assumption.
+from :func:`parts` (amplifier for two fingertips and a Teensy 4.0) and :func:`fingertip_parts`. Each
+value names its source, or is marked as an assumption.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ ASSUMED = "assumption"
 
 
 class Kind(StrEnum):
-    """Kind of a part. The value is the name in the bill of materials."""
+    """Kind of a part, with its name in the bill of materials as value."""
 
     RESISTOR = "resistor"
     CAPACITOR = "capacitor"
@@ -98,12 +98,12 @@ class Part:
 
     @property
     def lcsc(self) -> str:
-        """Number of the distributor LCSC, from which JLCPCB takes parts, or nothing."""
+        """Number at the distributor LCSC, from which JLCPCB takes parts; "" without one."""
         return LCSC.get(self.number, "")
 
     @property
     def label(self) -> str:
-        """Value as it is printed on a drawing, such as ``33k`` or ``33n``."""
+        """Value as drawings print it, such as ``33k`` or ``33n``."""
         if self.kind in (Kind.TEST_POINT, Kind.PADS):
             return next(iter(self.pins.values())) if len(self.pins) == 1 else "cable"
         if self.kind not in (Kind.RESISTOR, Kind.CAPACITOR):
@@ -115,7 +115,7 @@ class Part:
 
     @property
     def footprint(self) -> str:
-        """KiCad footprint, as library and name."""
+        """KiCad footprint as "library:name"."""
         return FOOTPRINTS[self.kind].format(len(self.pins))
 
 
@@ -131,7 +131,7 @@ def _capacitor(
 
 
 def _wire(wire: str, finger: str) -> str:
-    """Return the amplifier board's net of a wire of the cable."""
+    """Return the net on the amplifier board of a wire in a finger's cable."""
     if wire == "gnd":
         return wire
     if wire in ("disc", "strip"):
@@ -140,7 +140,7 @@ def _wire(wire: str, finger: str) -> str:
 
 
 def _finger(place: int, finger: str) -> list[Part]:
-    """Return the parts of one finger.
+    """Return the parts of one finger on the amplifier board.
 
     Their references begin at 10 times ``place``, those of the rows at 20 more.
     """
@@ -211,7 +211,7 @@ def parts() -> tuple[Part, ...]:
 
 
 def fingertip_parts() -> tuple[Part, ...]:
-    """Return what the fingertip's board carries. A taxel's number is 2 * row + column."""
+    """Return all parts of the fingertip's board. A taxel's number is 2 * row + column."""
     return (
         Part(
             "J1", Kind.PADS, {str(pin): wire for pin, wire in enumerate(CABLE, 1)},

@@ -1,4 +1,4 @@
-"""Dimensions of the fingertip's mount, pad, mould and jig, in mm: the one table.
+"""Table of the dimensions of the fingertip's mount, pad, mould and jig, mm.
 
 The solids, the drawings, the checks and the table of the build page are made from
 :class:`Dimensions`. Each value names its source, or is marked as an assumption. Heights of the
@@ -106,57 +106,57 @@ class Dimensions:
 
     @property
     def inner(self) -> tuple[float, float]:
-        """Length and width of the tray between its walls."""
+        """Length and width of the tray inside its walls, mm."""
         return self.board_length + 2 * self.clearance, self.board_width + 2 * self.clearance
 
     @property
     def outer(self) -> tuple[float, float]:
-        """Length and width of the tray over its walls."""
+        """Length and width of the tray with its walls, mm."""
         return self.inner[0] + 2 * self.wall, self.inner[1] + 2 * self.wall
 
     @property
     def post_top(self) -> float:
-        """Height of the post's top."""
+        """Height of the post's top above the mount's back, mm."""
         return self.floor + self.post_height
 
     @property
     def board_back(self) -> float:
-        """Height of the board's back."""
+        """Height of the board's back above the mount's back, mm."""
         return self.post_top + self.post_glue + self.disc_thickness + self.board_glue
 
     @property
     def board_front(self) -> float:
-        """Height of the board's front."""
+        """Height of the board's front above the mount's back, mm."""
         return self.board_back + self.board_thickness
 
     @property
     def pad_bottom(self) -> float:
-        """Height of the pad's underside, without its dimples."""
+        """Height of the pad's underside, without its dimples, above the mount's back, mm."""
         return self.board_front + self.sheet_thickness + self.dimple_height
 
     @property
     def pad_top(self) -> float:
-        """Height of the pad's face."""
+        """Height of the pad's face above the mount's back, mm."""
         return self.pad_bottom + self.pad_thickness
 
     @property
     def mould_top(self) -> float:
-        """Height of the mould's rims."""
+        """Height of the rims of the mould, mm."""
         return self.mould_floor + self.dimple_height + self.pad_thickness
 
     @property
     def mould_pitch(self) -> float:
-        """Distance between the middles of the mould's two cavities."""
+        """Distance between the middles of the mould's two cavities, mm."""
         return self.board_length + 2 * self.land + self.gutter
 
     @property
     def press_gap(self) -> float:
-        """Gap between press and walls before gluing, for a board of the nominal thickness."""
+        """Gap between press and walls before gluing, mm, for a board of the nominal thickness."""
         return self.press_drop - (self.wall_top - self.board_front) - self.post_glue
 
     @property
     def taxels(self) -> list[tuple[float, float]]:
-        """Middles of the taxels, below which the dimples lie."""
+        """Middles (x, y) of the taxels, mm. A dimple of the pad lies on each."""
         length, width = self.board_length / ROWS, self.board_width / COLUMNS
         return [
             ((row - (ROWS - 1) / 2) * length, ((COLUMNS - 1) / 2 - column) * width)
@@ -166,7 +166,7 @@ class Dimensions:
 
     @property
     def screws(self) -> list[tuple[float, float]]:
-        """Middles of the threads in the mount's back."""
+        """Middles (x, y) of the threads in the mount's back, mm."""
         return [
             (x * self.screw_length / 2, y * self.screw_width / 2) for x in (-1, 1) for y in (-1, 1)
         ]
@@ -188,7 +188,7 @@ NOMINAL = Dimensions()
 
 
 def sources(dimensions: Dimensions = NOMINAL) -> list[tuple[str, float, str, str]]:
-    """Return the name, value, meaning and source of each dimension."""
+    """Return (name, value, meaning, source) of each dimension."""
     return [
         (f.name, getattr(dimensions, f.name), f.metadata["meaning"], f.metadata["source"])
         for f in fields(dimensions)

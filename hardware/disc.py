@@ -1,8 +1,9 @@
-"""Voltage of the piezo disc per newton on the pad, for glues and discs.
+"""Computed voltage of the piezo disc per newton on the pad, for several glues and discs.
 
 The fingertip is a stack on the mount: floor, post, glue, disc, glue, board. The rectangle of the
-board is a disc of the same area. Only the part of a load that is equal all round gives charge, so
-a dimple is a ring. The pad does not bend the board: it presses through its dimples.
+board is replaced by a disc of the same area. Only the part of a load that is equal all round gives
+charge, so a dimple is replaced by a ring. The pad does not bend the board: it presses through its
+dimples.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ EPOXY = isotropic(3e9, 0.35)
 
 
 def silicone(modulus: float = 1.3e6, poisson: float = 0.49) -> Material:
-    """Return a silicone. 1.3 MPa is 33 Shore A by Gent's formula."""
+    """Return silicone as a material. 1.3 MPa is 33 Shore A by Gent's formula."""
     return isotropic(modulus, poisson)
 
 
@@ -55,7 +56,10 @@ class Gluing:
     post_radius: float = D.disc_diameter * 0.5e-3
 
     def stack(self, size: float = 0.25e-3) -> Stack:
-        """Return the finite elements of the fingertip."""
+        """Return the finite elements of a fingertip that is glued this way.
+
+        ``size`` is the largest length of an element, m.
+        """
         board = math.sqrt(D.board_length * D.board_width / math.pi) * 1e-3
         disc = D.disc_diameter * 0.5e-3
         spot = self.contact_radius, self.contact
@@ -71,7 +75,10 @@ class Gluing:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Open-circuit voltage per newton by the place of the load, V/N, and capacitance, F."""
+    """Open-circuit voltage of the disc per newton, V/N, for three places of the load.
+
+    ``capacitance`` is that of the disc in the stack, F.
+    """
 
     centre: float
     middle: float
@@ -82,18 +89,18 @@ class Sensitivity:
 
     @property
     def all(self) -> float:
-        """Load on all six dimples, two of the middle row and four at corners."""
+        """Voltage for a load on all six dimples, two in the middle row and four at corners, V/N."""
         return (self.middle + 2 * self.corner) / 3
 
     @property
     def spread(self) -> float:
-        """Largest relative deviation from the load on all dimples."""
+        """Largest relative deviation of one place from the load on all dimples."""
         return max(abs(v / self.all - 1) for v in (self.centre, self.middle, self.corner))
 
 
 @cache
 def sensitivity(gluing: Gluing = Gluing()) -> Sensitivity:
-    """Return what a gluing gives."""
+    """Compute the voltages per newton and the capacitance for a way to glue the disc."""
     stack, half = gluing.stack(), D.dimple_diameter * 0.5e-3
     radii = sorted({round(1e-3 * math.hypot(*place), 9) for place in D.taxels})
     middle, corner = (stack.volts_per_newton(r - half, r + half) for r in radii)

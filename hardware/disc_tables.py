@@ -1,4 +1,4 @@
-"""Tables of the pages for the piezo disc: ways to glue it, and discs of other thickness."""
+"""Markdown tables for the piezo disc: ways to glue it, and discs of other thickness."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ THICKNESSES = (0.15, 0.2, 0.25, 0.3)
 
 
 def nearest(ohm: float) -> float:
-    """Return the value of the series E24 that is nearest in ratio."""
+    """Return the resistance in the series E24 whose ratio to ``ohm`` is closest to 1, ohm."""
     decade = 10 ** math.floor(math.log10(ohm)) / 10
     values = [n * decade for n in (*E24, 100)]
     return min(values, key=lambda value: abs(math.log(value / ohm)))
 
 
 def gluings_table() -> str:
-    """Return the volts per newton of each way to glue the disc."""
+    """Return a table of the volts per newton for each way to glue the disc."""
     rows = []
     for words, gluing in GLUINGS.items():
         s = sensitivity(gluing)
@@ -65,7 +65,7 @@ def gluings_table() -> str:
 
 
 def discs_table() -> str:
-    """Return what to solder for discs of other thickness."""
+    """Return a table of the resistors to solder for discs of other thickness."""
     values = {part.reference: part.value for part in parts()}
     finger = FingerParameters()
     wanted = finger.piezo_volts_per_newton * finger.gain

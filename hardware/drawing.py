@@ -1,7 +1,8 @@
 """Line drawings in SVG: projected solids, hatched sections, dimensions and labels.
 
-``View`` holds the lines and areas of one projection, in mm. ``Drawing`` is the sheet. Placing a
-view on it returns ``Placed``, which adds dimensions and labels at points of the view.
+``View`` holds the lines and areas of one projection, in mm. ``Drawing`` is the sheet.
+:meth:`Drawing.place` puts a view on it and returns ``Placed``, which adds dimensions and labels at
+points of the view.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class View:
 
 
 def project(part: Part, direction: tuple = TOP) -> View:
-    """Return the visible lines of a part."""
+    """Return the visible lines of a part, seen along ``direction``."""
     eye, up = direction
     origin = Vector(*eye).normalized() * 1000
     visible, _ = part.project_to_viewport(origin, up, look_at=(0, 0, 0))
@@ -76,14 +77,14 @@ def project(part: Part, direction: tuple = TOP) -> View:
 
 
 def seen(point: tuple[float, float, float], direction: tuple = ISOMETRIC) -> Point:
-    """Return the place of a point in a projection."""
+    """Return the point at which a projection shows a point in space, mm."""
     eye, up = (Vector(*v).normalized() for v in direction)
     right = up.cross(eye).normalized()
     return Vector(*point).dot(right), Vector(*point).dot(eye.cross(right))
 
 
 def pictured(part: Part, material: str, direction: tuple = ISOMETRIC) -> View:
-    """Return the projection of a part, with its silhouette filled."""
+    """Return the projection of a part with its outline, filled as this material."""
     view = project(part, direction)
     corners, triangles = part.tessellate(0.1, 0.5)
     flat = [seen(tuple(p), direction) for p in corners]
@@ -97,9 +98,9 @@ def pictured(part: Part, material: str, direction: tuple = ISOMETRIC) -> View:
 
 
 def section(parts: Iterable[tuple[str, Part, float]]) -> View:
-    """Return the cut through parts, seen along +y, and the lines behind it.
+    """Return the cut through parts, seen along +y, and the visible lines behind it.
 
-    Each part has its material and the y at which it is cut.
+    Each part comes with its material and with the y at which it is cut, mm.
     """
     view = View(is_section=True)
     for material, part, y in parts:
@@ -114,7 +115,7 @@ def section(parts: Iterable[tuple[str, Part, float]]) -> View:
 
 
 class Drawing:
-    """Sheet with views, in pixels."""
+    """SVG sheet on which views are placed. Lengths are in pixels."""
 
     def __init__(self, width: int, height: int, title: str) -> None:
         self.size = width, height
@@ -125,7 +126,7 @@ class Drawing:
         self, x: float, y: float, words: str, kind: str = "", anchor: str = "start",
         turned: bool = False,
     ) -> None:  # fmt: skip
-        """Add words. Turned words read upwards."""
+        """Add a text at a pixel. With ``turned`` it reads upwards."""
         mark = f' class="{kind}"' if kind else ""
         mark += f' text-anchor="{anchor}"' if anchor != "start" else ""
         mark += f' transform="rotate(-90 {x:.1f} {y:.1f})"' if turned else ""
@@ -137,7 +138,7 @@ class Drawing:
         self.items.append(f'<polyline class="{kind}" points="{steps}"/>')
 
     def arrow(self, tip: Point, angle: float, kind: str = "a") -> None:
-        """Add the head of an arrow that points along ``angle``."""
+        """Add an arrowhead at ``tip`` that points along ``angle``."""
         sides = (tip, *(
             (tip[0] - 8 * math.cos(angle + turn), tip[1] - 8 * math.sin(angle + turn))
             for turn in (-0.2, 0.2)
@@ -146,7 +147,10 @@ class Drawing:
         self.items.append(f'<polygon class="{kind}" points="{steps}"/>')
 
     def place(self, view: View, x: float, y: float, scale: float) -> Placed:
-        """Draw a view with its origin at a pixel."""
+        """Draw a view with its origin at the pixel (x, y), at ``scale`` pixels per mm.
+
+        Return it.
+        """
         placed = Placed(self, x, y, scale)
 
         def path(lines: list[Line], end: str = "") -> str:
@@ -168,7 +172,7 @@ class Drawing:
         return placed
 
     def write(self, path: Path) -> None:
-        """Write the sheet."""
+        """Write the sheet as an SVG file."""
         width, height = self.size
         hatched = "".join(
             f'<pattern id="{name}" width="7" height="7" patternUnits="userSpaceOnUse" '
@@ -191,7 +195,7 @@ class Drawing:
 
 @dataclass
 class Placed:
-    """View on a sheet. Points are in mm of the view."""
+    """View that was placed on a sheet. Points are in mm of the view."""
 
     drawing: Drawing
     x: float
@@ -199,17 +203,20 @@ class Placed:
     scale: float
 
     def at(self, point: Point) -> Point:
-        """Return the pixel of a point."""
+        """Return the pixel of a point of the view."""
         return self.x + point[0] * self.scale, self.y - point[1] * self.scale
 
     def centre(self, middle: Point, across: float, up: float) -> None:
-        """Add centre lines, each by its half length."""
+        """Add a cross of centre lines at ``middle``; ``across`` and ``up`` are half lengths, mm."""
         x, y = middle
         for dx, dy in ((across, 0), (0, up)):
             self.drawing.line([self.at((x - dx, y - dy)), self.at((x + dx, y + dy))], "c")
 
     def width(self, x0: float, x1: float, y: float, line: float, words: str = "") -> None:
-        """Add a horizontal dimension of features at ``y``, with its line at ``line`` mm."""
+        """Dimension the length from ``x0`` to ``x1``, at height ``y``.
+
+        The dimension line lies at height ``line``, mm. ``words`` replace the number.
+        """
         (a, start), (b, end) = self.at((x0, y)), self.at((x1, line))
         away = math.copysign(4, end - start)
         for x in (a, b):
@@ -217,7 +224,10 @@ class Placed:
         self._dimension((a, end), (b, end), words or f"{x1 - x0:g}")
 
     def height(self, y0: float, y1: float, x: float, line: float, words: str = "") -> None:
-        """Add a vertical dimension of features at ``x``, with its line at ``line`` mm."""
+        """Dimension the height from ``y0`` to ``y1``, at the place ``x``.
+
+        The dimension line lies at ``line``, mm. ``words`` replace the number.
+        """
         (start, a), (end, b) = self.at((x, y0)), self.at((line, y1))
         away = math.copysign(4, end - start)
         for y in (a, b):
@@ -225,7 +235,10 @@ class Placed:
         self._dimension((end, a), (end, b), words or f"{y1 - y0:g}")
 
     def _dimension(self, a: Point, b: Point, words: str) -> None:
-        """Add a dimension line with arrows. Short ones have their arrows outside."""
+        """Add a dimension line from pixel ``a`` to ``b``.
+
+        If it is short, its arrows lie outside.
+        """
         angle = math.atan2(b[1] - a[1], b[0] - a[0])
         length = math.dist(a, b)
         outside = length < 20
@@ -247,14 +260,20 @@ class Placed:
             self.drawing.text(max(a[0], b[0]) + 17, y + 4, words, "n")
 
     def labels(self, x: float, y: float, labels: list[tuple[Point, str]], step: float = 26) -> None:
-        """Add a column of labels at a pixel of the sheet, with a line from each to its point."""
+        """Add labels in a column that begins at a pixel of the sheet.
+
+        A line leads from each label to its point. ``step`` is the distance of labels, pixels.
+        """
         for point, words in labels:
             px, py = self.at(point)
             self.label(point, words, x - px, y - py)
             y += step * (1 + words.count("\n") * 0.6)
 
     def label(self, point: Point, words: str, dx: float, dy: float) -> None:
-        """Add words with a line to a point, ``dx`` and ``dy`` pixels from it (down is positive)."""
+        """Add a label with a line to a point of the view.
+
+        It is ``dx`` and ``dy`` pixels (down is positive) away from the point.
+        """
         x, y = self.at(point)
         side = math.copysign(1, dx)
         self.drawing.line([(x, y), (x + dx, y + dy), (x + dx + 10 * side, y + dy)], "l")

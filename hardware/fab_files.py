@@ -1,6 +1,6 @@
-"""Files that board houses take: ZIP files of Gerbers, and lists of parts and positions.
+"""Files to order boards: ZIP files of Gerbers, and lists of parts and positions.
 
-All files are equal in each run, so that ``hardware/fab`` changes only with the boards.
+Each run writes the same bytes, so that ``hardware/fab`` changes only with the boards.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ Row = tuple[str, ...]
 
 
 def maker(number: str) -> str:
-    """Return the maker of a part by the start of its number."""
+    """Return the name of a part's maker, given the maker's part number."""
     return next((name for start, name in MAKERS.items() if number.startswith(start)), "")
 
 
 def _groups() -> list[list[Part]]:
-    """Return the parts that a machine places, grouped by number."""
+    """Return the parts that a machine places, in one group per part number."""
     groups: dict[str, list[Part]] = {}
     for part in parts():
         if part.kind in SMD:
@@ -58,7 +58,7 @@ def _groups() -> list[list[Part]]:
 
 
 def bom(house: str) -> list[Row]:
-    """Return the list of the parts that a machine places, in the columns of an assembly house."""
+    """Return the rows of the bill of materials for an assembly house: parts placed by machine."""
     rows = []
     for item, group in enumerate(_groups(), 1):
         first, names = group[0], ",".join(part.reference for part in group)
@@ -75,7 +75,7 @@ def bom(house: str) -> list[Row]:
 
 
 def positions(house: str) -> list[Row]:
-    """Return the places of these parts, from the lower left corner of the board, mm.
+    """Return the rows of part positions for an assembly house, mm from the lower left corner.
 
     Angles are KiCad's. Houses turn some cases otherwise: their preview shows it.
     """
@@ -89,7 +89,7 @@ def positions(house: str) -> list[Row]:
 
 
 def accessories() -> list[Row]:
-    """Return what is ordered besides: parts that are soldered by hand, and the rest."""
+    """Return the rows of all else to order: parts soldered by hand, cables and the like."""
     by_hand: dict[str, list[Part]] = {}
     for part in parts():
         if part.number and part.kind not in SMD:
@@ -105,13 +105,13 @@ def accessories() -> list[Row]:
 
 
 def write_csv(file: Path, rows: Iterable[Row]) -> None:
-    """Write the rows of a list."""
+    """Write rows into a CSV file."""
     with file.open("w", encoding="utf-8", newline="") as stream:
         csv.writer(stream, lineterminator="\n").writerows(rows)
 
 
 def write_lists(folder: Path = FAB) -> None:
-    """Write the lists of all assembly houses, and the accessories."""
+    """Write the lists for all assembly houses, and the list of accessories."""
     folder.mkdir(parents=True, exist_ok=True)
     for house in HOUSES:
         write_csv(folder / f"amplifier-bom-{house}.csv", bom(house))
@@ -120,7 +120,7 @@ def write_lists(folder: Path = FAB) -> None:
 
 
 def write_zip(file: Path, members: Sequence[Path]) -> None:
-    """Write Gerber and drill files without their dates into a ZIP file."""
+    """Write Gerber and drill files into a ZIP file, without their dates."""
     file.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for member in sorted(members):

@@ -39,7 +39,7 @@ DISC_WIRE, DISC_WIRE_SIDE = (-6.1, -2.3), 1.2
 
 
 def taxel_center(row: int, column: int) -> Point:
-    """Return the middle of a taxel: thirds of the length, halves of the width."""
+    """Return the middle of a taxel on the board, mm."""
     pitch_x, pitch_y = LENGTH / ROWS, WIDTH / COLUMNS
     return (ROWS - 1) / 2 * pitch_x - row * pitch_x, ((COLUMNS - 1) / 2 - column) * pitch_y
 
@@ -63,7 +63,10 @@ def comb(kind: str) -> list[Point]:
 
 
 def gap_length(x: float, diameter: float = NOMINAL.dimple_diameter, steps: int = 2000) -> float:
-    """Return the length of gaps under a dimple whose middle is at ``x`` in a large comb, mm."""
+    """Return the length of the comb's gaps under a dimple whose middle is at ``x``, mm.
+
+    The comb is larger than the dimple.
+    """
     radius, period = diameter / 2, FINGER + GAP
     total = 0.0
     for step in range(steps):
@@ -74,7 +77,7 @@ def gap_length(x: float, diameter: float = NOMINAL.dimple_diameter, steps: int =
 
 
 def _spines() -> list[Track]:
-    """Return the tracks on the front: spines of columns, and the rows' ways to their vias."""
+    """Return the tracks on the front: spines of the columns, and links from rows to their vias."""
     y_row = WIDTH / 4 - OVERLAP - GAP - ROW_SPINE / 2
     y_column = WIDTH / 4 + OVERLAP + GAP + COLUMN_SPINE / 2
     xs = [taxel_center(row, 0)[0] for row in range(ROWS)]

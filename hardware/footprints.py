@@ -1,4 +1,4 @@
-"""KiCad footprints of our own: the Teensy's sockets, taxel, land of the disc, and wire pads."""
+"""KiCad footprints of this project: Teensy sockets, taxel, land of the disc, wire pads."""
 
 from __future__ import annotations
 
@@ -68,7 +68,10 @@ def _draw(shape: str, start: Point, end: Point, layer: str, width: float = 0.12)
 
 
 def _teensy() -> Element:
-    """Return two sockets of 14 contacts, 15.24 mm apart. The USB socket is to the right."""
+    """Return the footprint of the Teensy's two sockets, which have 14 contacts each.
+
+    They are 15.24 mm apart. The USB socket is to the right.
+    """
     x, y = 17.78, 8.89
     pads = [
         _pad(
@@ -93,7 +96,7 @@ def _teensy() -> Element:
 
 
 def _taxel() -> Element:
-    """Return the two combs of a taxel and the opening of the mask over their fingers."""
+    """Return the footprint of a taxel: two combs, and the opening of the solder mask over them."""
     pads = []
     for number, kind in (("1", "row"), ("2", "column")):
         outline = comb(kind)
@@ -118,7 +121,7 @@ def _taxel() -> Element:
 
 
 def _disc() -> Element:
-    """Return the land of the disc's inner face on the back, and the pad for its other wire."""
+    """Return the footprint of the disc on the back: land of its inner face, and a wire pad."""
     return _footprint(
         "disc_10mm", NOT_PLACED,
         _pad("1", "smd", "circle", DISC_WIRE, (DISC_WIRE_SIDE, DISC_WIRE_SIDE), BACK_PAD),
@@ -129,7 +132,7 @@ def _disc() -> Element:
 
 
 def _wires(count: int) -> Element:
-    """Return pads on the back, to which wires are soldered flat. The first one is square."""
+    """Return the footprint of pads on the back for ``count`` wires. The first one is square."""
     pads = [
         _pad(
             str(n + 1), "smd", "roundrect", (0.0, (n - (count - 1) / 2) * WIRES_PITCH), WIRE_PAD,
@@ -143,7 +146,7 @@ def _wires(count: int) -> Element:
 
 
 def write_footprints(folder: Path) -> None:
-    """Write all of them into a folder, which becomes a KiCad library."""
+    """Write all footprints into a folder, which becomes a KiCad library."""
     folder.mkdir(parents=True, exist_ok=True)
     for footprint in (_teensy(), _taxel(), _disc(), _wires(9), _wires(1)):
         file = folder / f"{footprint[1]}.kicad_mod"

@@ -1,4 +1,4 @@
-"""Pictures of gluing for the build page: one a step."""
+"""Pictures of the gluing for the build page, one per step."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ def _box(x: float, y: float, width: float, height: float) -> Line:
 
 
 def _drop(x: float, z: float, width: float, height: float) -> Line:
-    """Return the outline of a drop that lies on the height ``z``, in a cut."""
+    """Return the outline of a drop in a section. It lies at the height ``z``."""
     turns = (math.pi * n / 24 for n in range(25))
     return [(x + width / 2 * math.cos(t), z + height * math.sin(t)) for t in turns]
 
 
 def _flip(part: Part, height: float) -> Part:
-    """Return a part upside down, with its former underside at a height."""
+    """Return a part upside down, with its former underside at ``height``."""
     return Pos(0, 0, height) * Rot(180, 0, 0) * part
 
 
@@ -67,7 +67,7 @@ def _foil_places(d: Dimensions) -> list[Point]:
 
 
 def _land(d: Dimensions) -> View:
-    """Return the back of the board with its pads and the foils, its cable to the left."""
+    """Return a view of the board's back with its pads and the foils. The cable is to the left."""
     return _areas(
         ("fr4", _box(0, 0, d.board_length, d.board_width)),
         ("gold", _circle(0, 0, d.disc_diameter / 2)),
@@ -203,7 +203,7 @@ def disc(d: Dimensions) -> Drawing:
 
 
 def _strips(d: Dimensions) -> list[Line]:
-    """Return the strips of paper that hang over the walls, from above."""
+    """Return the outlines of the paper strips that hang over the walls, seen from above."""
     wide, long = 3.0, d.clearance + d.wall + 1.5
     y = d.board_width / 2 + long / 2
     x = d.board_length / 2 + long / 2
@@ -214,7 +214,7 @@ def _strips(d: Dimensions) -> list[Line]:
 
 
 def _hanging(d: Dimensions) -> Line:
-    """Return the strip over the wall at the tip, in a cut."""
+    """Return the outline of the paper strip over the wall at the tip, in a section."""
     right, top = d.board_length / 2, d.wall_top + 2 * d.paper
     inside, outside = d.inner[0] / 2, d.outer[0] / 2 + 0.3
     return [

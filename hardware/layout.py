@@ -1,4 +1,4 @@
-"""Places of parts and courses of tracks, as plain data.
+"""Plain data on the layout of a board: positions of parts, and stops of tracks.
 
 Positions are in mm from the upper left corner of the board for the amplifier, and from the middle
 for the fingertip; y points down, as in KiCad.
@@ -20,7 +20,7 @@ Point = tuple[float, float]
 
 
 class Step(Enum):
-    """Step of a track that is not a place."""
+    """Stop of a track that is no position: a via."""
 
     VIA = "a via, after which the track runs on the other side"
 
@@ -31,7 +31,7 @@ Stop = str | tuple[float | None, float | None] | Step
 
 @dataclass(frozen=True)
 class Track:
-    """Track from the first stop over all others. Its net is that of the pads on it."""
+    """Track through a list of stops. Its net is that of the pads on it."""
 
     stops: tuple[Stop, ...]
     side: str = FRONT
@@ -55,7 +55,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Layout:
-    """Board without its nets, which are in ``circuit.py``."""
+    """Layout of a board: positions, tracks and texts. Its nets are in ``circuit.py``."""
 
     name: str
     title: str
@@ -78,9 +78,10 @@ class Layout:
 
 
 def octilinear(points: Sequence[Point], chamfer: float = 0.8) -> list[Point]:
-    """Return the points of a track that runs in steps of 45 degrees.
+    """Return the points of a track through ``points``, in segments at multiples of 45 degrees.
 
-    A segment in another direction ends with its diagonal part. Right angles are cut.
+    A segment in another direction ends with its diagonal part. Right angles are cut by ``chamfer``
+    mm.
     """
     bent: list[Point] = [points[0]]
     for x, y in points[1:]:

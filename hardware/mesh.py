@@ -1,4 +1,4 @@
-"""Closed surfaces made of triangles, as printers read them: STL files, and what can be printed."""
+"""Closed surfaces of triangles: STL files, and checks for 3D printing. Lengths are in mm."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 
 
 def read_stl(path: Path) -> Mesh:
-    """Return the triangles of a binary STL file."""
+    """Return the triangles of a binary STL file, mm."""
     data = path.read_bytes()
     records = np.frombuffer(data, _RECORD, offset=84)
     if len(records) != int.from_bytes(data[80:84], "little"):
@@ -32,14 +32,14 @@ def write_stl(path: Path, mesh: Mesh) -> None:
 
 
 def _normals(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the outward unit normals and the areas of the triangles."""
+    """Return (normals, areas) of the triangles: outward unit vectors, and mm²."""
     cross = np.cross(mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0])
     length = np.linalg.norm(cross, axis=1)
     return cross / np.maximum(length, 1e-12)[:, None], length / 2
 
 
 def _corner_numbers(mesh: Mesh) -> NDArray[np.int64]:
-    """Return the number of the point at each corner. Points within 0.1 µm are one."""
+    """Return the number of the point at each corner. Points within 0.1 µm have the same number."""
     _, numbers = np.unique(np.round(mesh.reshape(-1, 3), 4), axis=0, return_inverse=True)
     return numbers.reshape(-1, 3)
 
@@ -60,13 +60,13 @@ def volume(mesh: Mesh) -> float:
 
 
 def size(mesh: Mesh) -> NDArray[np.float64]:
-    """Return the lengths of the bounding box along x, y and z."""
+    """Return the lengths of the bounding box along x, y and z, mm."""
     points = mesh.reshape(-1, 3)
     return np.asarray(np.ptp(points, axis=0))
 
 
 def _samples(mesh: Mesh, spacing: float) -> Mesh:
-    """Divide triangles until no side exceeds ``spacing``."""
+    """Return the mesh with its triangles divided until no side is longer than ``spacing``, mm."""
     done = []
     while len(mesh):
         sides = np.linalg.norm(mesh - np.roll(mesh, -1, axis=1), axis=2)
@@ -81,7 +81,7 @@ def _samples(mesh: Mesh, spacing: float) -> Mesh:
 
 
 def thinnest(mesh: Mesh, spacing: float = 0.8) -> tuple[float, NDArray[np.float64]]:
-    """Return the least thickness and its place.
+    """Return (thickness, point) where the solid is thinnest, mm.
 
     Rays go inwards, normal to the surface, from points about ``spacing`` apart. The thickness is
     the way to an opposite surface: one that faces away from the ray's start within 60 degrees.
@@ -119,11 +119,11 @@ def thinnest(mesh: Mesh, spacing: float = 0.8) -> tuple[float, NDArray[np.float6
 
 
 def overhangs(mesh: Mesh, layer: float = 0.2, degrees: float = 45.0) -> list[tuple[float, bool]]:
-    """Return the width of each region that hangs over without support, and True if it is level.
+    """Return (width, is level) of each region that hangs over without support; mm.
 
     The print begins at the lowest point. Faces that lean by at most ``degrees`` from the vertical
-    need no support; 2 degrees more are allowed, since triangles of round faces lean differently.
-    So are faces within the first layer. The width is the least extent of a region seen from above.
+    need no support; 2 degrees more are allowed, since triangles of round faces lean differently. So
+    are faces within the first layer. The width is the least extent of a region seen from above.
     """
     normals, areas = _normals(mesh)
     lowest = mesh[:, :, 2].min()

@@ -25,13 +25,13 @@ TIMESTAMP = "2026-01-01T00:00:00"
 
 
 def triangles(part: Part) -> mesh.Mesh:
-    """Return the surface of a part. Triangles keep within 0.03 mm of round faces."""
+    """Return the surface of a part as triangles, within 0.03 mm of round faces."""
     points, corners = part.tessellate(0.03, 0.4)
     return np.array([tuple(p) for p in points])[np.array(corners)]
 
 
 def check_print(name: str, surface: mesh.Mesh, d: Dimensions) -> None:
-    """Raise ValueError unless a part can be printed as it stands, without support."""
+    """Raise ValueError if a part cannot be printed in its position without support."""
     if not mesh.is_watertight(surface):
         raise ValueError(f"{name}: the surface is not closed, so no printer can fill it")
     thickness, place = mesh.thinnest(surface)
@@ -49,7 +49,10 @@ def check_print(name: str, surface: mesh.Mesh, d: Dimensions) -> None:
 
 
 def check_clearance(mount: Part, d: Dimensions, least: float = 0.1, most: float = 0.3) -> None:
-    """Raise ValueError unless the gap between board and mount is between two limits all round."""
+    """Raise ValueError if the gap between board and mount leaves the range, mm.
+
+    It must be from ``least`` to ``most`` all round.
+    """
     board = Pos(0, 0, d.board_back) * solids.board(d)
     size = np.array([d.board_length, d.board_width, d.board_thickness])
     middle = Pos(0, 0, d.board_back + d.board_thickness / 2)
@@ -65,13 +68,13 @@ def check_clearance(mount: Part, d: Dimensions, least: float = 0.1, most: float 
 
 
 def _common(a: Part, b: Part) -> float:
-    """Return the volume that two parts have in common."""
+    """Return the volume that both parts fill, mm³."""
     both = a & b
     return 0.0 if both is None else sum(solid.volume for solid in both.solids())
 
 
 def check_silicone(mould: Part, d: Dimensions) -> float:
-    """Return the volume of both cavities, mm³. Raise ValueError if it is not that of two pads."""
+    """Return the volume of both cavities, mm³. Raise ValueError if it differs from two pads."""
     height = d.pad_thickness + d.dimple_height
     filled = 0.0
     for x in (-d.mould_pitch / 2, d.mould_pitch / 2):
@@ -99,7 +102,7 @@ def check_screws(d: Dimensions) -> None:
 
 
 def check_press(d: Dimensions) -> None:
-    """Raise ValueError unless the press reaches the thinnest board and leaves room for paper."""
+    """Raise ValueError if the press misses the thinnest board, or leaves no room for paper."""
     least = d.press_gap - d.board_tolerance
     if least < 2 * d.paper:
         raise ValueError(
@@ -109,7 +112,7 @@ def check_press(d: Dimensions) -> None:
 
 
 def check(parts: dict[str, Part], d: Dimensions) -> dict[str, mesh.Mesh]:
-    """Return the surface of each part. Raise ValueError if one cannot be printed or used."""
+    """Return the surface of each part by name. Raise ValueError if one fails a check."""
     for name, part in parts.items():
         if not part.is_valid or len(part.solids()) != 1:
             raise ValueError(f"{name}: the kernel made no single valid solid")

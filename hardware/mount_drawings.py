@@ -25,7 +25,7 @@ from gluing_drawings import STEPS
 
 
 def parts(d: Dimensions) -> Drawing:
-    """Return the picture of the parts of a fingertip above each other."""
+    """Return the exploded view of a fingertip: its parts above each other."""
     sheet = Drawing(760, 610, "Parts of a fingertip: pad, Velostat, board, piezo disc, mount")
     words = {
         "mount": "mount, PETG: a tray with a post;\nthe cable is tied to the tongue",
@@ -47,9 +47,9 @@ def parts(d: Dimensions) -> Drawing:
 
 
 def _stack(layers: list[tuple[str, float, str]]) -> tuple[View, list[tuple[Point, str]]]:
-    """Return layers on each other, 0.8 mm wide, and a point in each with its words.
+    """Return a section of layers on each other, 0.8 mm wide, and a labelled point in each.
 
-    Each layer has its material, its thickness and its words.
+    A layer is (material, thickness, label), mm.
     """
     view, points, z = View(is_section=True), [], 0.0
     for material, thickness, words in layers:
@@ -229,6 +229,6 @@ SHEETS: dict[str, Callable[[Dimensions], Drawing]] = {
 
 
 def write_all(d: Dimensions, folder: Path) -> None:
-    """Write the drawings into a folder."""
+    """Write all drawings as SVG files into a folder."""
     for name, draw in SHEETS.items():
         draw(d).write(folder / f"{name}.svg")

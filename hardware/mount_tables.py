@@ -1,4 +1,4 @@
-"""Tables of the build page for printing, pouring and gluing, from the table of dimensions."""
+"""Markdown tables of the build page on printing, pouring and gluing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PETG = 1.27e-3
 
 
 def print_table() -> str:
-    """Return the parts to print, their settings, and what they are screwed to."""
+    """Return a table of the parts to print, with their settings and screws."""
     length, width = D.inner
     board, disc = 2 * D.board_fit, 2 * D.disc_fit
     measures = {
@@ -59,7 +59,7 @@ def print_table() -> str:
 
 
 def pour_table() -> str:
-    """Return what a poured pad should be."""
+    """Return a table to check a poured pad: volume, thickness, dimples, face and hardness."""
     over = D.pad_thickness + D.dimple_height
     return markdown_table(
         "check | should be | otherwise",
@@ -87,7 +87,7 @@ def pour_table() -> str:
 
 
 def fit_table() -> str:
-    """Return what the glued fingertip should measure."""
+    """Return a table of the lengths to check on a glued fingertip."""
     added = D.disc_thickness + D.board_glue
     least, most = (round((D.press_gap + sign * D.board_tolerance) / D.paper) for sign in (-1, 1))
     return markdown_table(

@@ -1,4 +1,4 @@
-"""What a multimeter should read on the boards, from the table of parts and nets."""
+"""Markdown tables of the resistances that a multimeter should read on the boards."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TEST_POINTS = {"3v3": "3V3", "vref": "1.65V", "gnd": "GND"}
 
 
 def resistance(a: str, b: str, joined: Collection[str] = ()) -> float:
-    """Return the resistance between two nets of the amplifier board with its resistors alone.
+    """Return the resistance between two nets of the amplifier board, ohm, by its resistors only.
 
     Nets that are ``joined`` count as one.
     """
@@ -57,14 +57,14 @@ def resistance(a: str, b: str, joined: Collection[str] = ()) -> float:
 
 
 def reading(a: str, b: str) -> str:
-    """Return what the multimeter shows between two nets, in words."""
+    """Return the resistance that the multimeter shows between two nets, as text."""
     return _ohms(resistance(a, b))
 
 
 def through_u1(a: str, b: str) -> str:
-    """Return the range in which the reading lies once U1 is soldered, in words.
+    """Return the range of the resistance between two nets once U1 is soldered, as text.
 
-    U1 connects its pins by anything from nothing to a short.
+    U1 may connect its pins by any resistance.
     """
     least, most = resistance(a, b, set(PARTS["U1"].pins.values())), resistance(a, b)
     return (
@@ -81,7 +81,7 @@ def _ohms(value: float) -> str:
 
 
 def _spot(finger: str, name: str) -> tuple[str, str]:
-    """Return how a place is called on the board, and its net."""
+    """Return (text, net) of a place to touch on the board, given its name in ``PLACES``."""
     if name in TEST_POINTS:
         return TEST_POINTS[name], name
     if name == "adc":
@@ -97,7 +97,7 @@ def _teensy(net: str) -> str:
 
 
 def resistors_table() -> str:
-    """Return the resistances once resistors, capacitors and connectors are soldered, and later."""
+    """Return a table of resistances: before U1 is soldered, and afterwards."""
     shared = [("3V3", "3v3"), ("1.65V", "vref")]
     rows = [[(f"{name} and GND", net, "gnd")] * 2 for name, net in shared]
     for first, second in MEASURED:
@@ -121,9 +121,9 @@ def resistors_table() -> str:
 
 
 def _table(rows: list[list[tuple[str, str, str]]]) -> str:
-    """Return the rows as Markdown, given places and both nets of each finger.
+    """Return a Markdown table of the rows. Raise ValueError if both fingers read differently.
 
-    Each row's fingers must read the same.
+    A row has (place, net, net) for the index finger and for the thumb.
     """
     cells = []
     for index, thumb in rows:

@@ -1,4 +1,4 @@
-"""Tables of what is ordered: the board house's settings, and what belongs to the boards."""
+"""Markdown tables for orders: settings of the board house, and accessories of the boards."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _narrowest(layout: Layout) -> float:
 
 
 def order_table() -> str:
-    """Return the settings of the board house line by line, as Markdown."""
+    """Return a table of the settings on the board house's order form."""
     both = (AMPLIFIER, FINGERTIP)
     rows = [
         ("file", *(f"`hardware/fab/{layout.name}-gerbers.zip`" for layout in both)),
@@ -44,6 +44,6 @@ def order_table() -> str:
 
 
 def accessories_table() -> str:
-    """Return what belongs to the boards and is not soldered to them, as Markdown."""
+    """Return a table of what belongs to the boards without being soldered to them."""
     rows = ((name, str(count), what) for name, count, what in ACCESSORIES)
     return markdown_table("what | how many | what for", rows)

@@ -31,7 +31,7 @@ _FINE = 8
 
 
 def _brick(sides: Values) -> Values:
-    """Return the stiffness matrix of a brick, shape (24, 24)."""
+    """Return the stiffness matrix of a brick with these side lengths, m, shape (24, 24)."""
     shear = MODULUS / (2 * (1 + POISSON))
     bulk = MODULUS / (3 * (1 - 2 * POISSON))
     deviatoric = shear * (np.diag([2.0, 2, 2, 1, 1, 1]) - np.pad(np.full((3, 3), 2 / 3), (0, 3)))
@@ -125,7 +125,11 @@ class Pad:
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}), free
 
     def sinking(self, place: tuple[float, float], radius: float) -> float:
-        """Return the mean sinking under 1 N of Hertz's pressure, weighted with it, m/N."""
+        """Return how far the pad sinks under a contact, per newton of Hertz's pressure, m/N.
+
+        It is the mean over the contact, weighted with the pressure. ``place`` and ``radius`` are
+        those of the contact, m.
+        """
         x, y, z = self._grid
         a, b = np.meshgrid(_samples(x), _samples(y), indexing="ij")
         squared = 1 - ((a - place[0]) ** 2 + (b - place[1]) ** 2) / radius**2
@@ -140,12 +144,18 @@ class Pad:
         return 1 / self.sinking((0.0, 0.0), 1.0)
 
     def spring(self, place: tuple[float, float] = (0.0, 0.0), radius: float = 2e-3) -> float:
-        """Return the stiffness in series with Hertz's half space, N/m."""
+        """Return the stiffness that remains without the sinking of a half space (Hertz), N/m.
+
+        ``place`` and ``radius`` are those of the contact, m.
+        """
         half_space = 0.6 * (1 - POISSON**2) / (MODULUS * radius)
         return 1 / (self.sinking(place, radius) - half_space)
 
     def springs(self, radius: float = 2e-3, steps: int = 4) -> Values:
-        """Return the springs where the contact is on the pad; by symmetry, of a quarter."""
+        """Return :meth:`spring` for contacts all over the pad, N/m.
+
+        By symmetry a quarter of the pad is enough: ``steps`` places along each side.
+        """
         d = self.dimensions
         ends = 1e-3 * np.array([d.board_length, d.board_width]) / 2 - radius
         sides = [(np.arange(steps) + 0.5) / steps * end for end in ends]

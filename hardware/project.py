@@ -1,4 +1,4 @@
-"""Names and settings that a board shares with its schematic."""
+"""Names and settings that a KiCad board shares with its schematic."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ SPACE = uuid.UUID("5f3c1d0e-36b0-4f0a-9b5e-0f1c0a7e0036")
 
 
 def net_name(net: str) -> str:
-    """Return KiCad's name of a net of the table."""
+    """Return the name that KiCad gives to a net of the table of parts."""
     return net if net in POWER_NETS else f"/{net}"
 
 
 def path_id(board: str, *names: str) -> str:
-    """Return the identifier of a symbol: the same in each run, on the board and its schematic."""
+    """Return the identifier of a symbol, which is equal in each run, on board and schematic."""
     return str(uuid.uuid5(SPACE, "/".join((board, *names))))
 
 
 def write_project(file: Path) -> None:
-    """Write the KiCad project: rules of the board house, and checks that are left out."""
+    """Write a KiCad project file: rules of the board house, and checks to leave out."""
     no_library = "ignore"  # symbols and footprints are in the files themselves
     rules = {
         "min_clearance": CLEARANCE, "min_track_width": TRACK, "min_via_diameter": VIA,
@@ -64,7 +64,7 @@ def write_project(file: Path) -> None:
 
 
 def write_projects(folder: Path) -> None:
-    """Write the projects of both boards."""
+    """Write the KiCad project files of both boards."""
     for name in ("amplifier", "fingertip"):
         (folder / name).mkdir(parents=True, exist_ok=True)
         write_project(folder / name / f"{name}.kicad_pro")

@@ -1,4 +1,4 @@
-"""KiCad schematics: written from a sheet's plan, and read back as nets."""
+"""Writer of KiCad schematics from a plan, and reader of their nets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NOT_BOUGHT = (Kind.TAXEL, Kind.PADS, Kind.TEST_POINT, Kind.DISC)
 
 @dataclass(frozen=True)
 class Put:
-    """Symbol on the sheet, in steps of the grid; y points down."""
+    """Symbol on a sheet. Positions are in steps of the grid; y points down."""
 
     reference: str
     at: Point
@@ -31,14 +31,14 @@ class Put:
 
 @dataclass(frozen=True)
 class Wire:
-    """Wire over pins such as ``R1.2`` and points; a coordinate that is None is kept."""
+    """Wire through pins such as ``R1.2`` and points (x, y). None keeps the coordinate before."""
 
     stops: tuple[str | tuple[float | None, float | None], ...]
 
 
 @dataclass(frozen=True)
 class Label:
-    """Name of a net, at the end of a wire. A power net gets its symbol."""
+    """Name of a net at the end of a wire. A power net gets a symbol instead."""
 
     net: str
     at: Point | str
@@ -47,7 +47,7 @@ class Label:
 
 @dataclass(frozen=True)
 class Sheet:
-    """Plan of a schematic."""
+    """Plan of a schematic: symbols, wires, labels and notes."""
 
     name: str
     title: str
@@ -59,7 +59,7 @@ class Sheet:
 
 
 def _turned(x: float, y: float, angle: int) -> Point:
-    """Return where a point of a symbol (y up) lies on the sheet (y down)."""
+    """Return a point of a turned symbol (y up) in the sheet's directions (y down)."""
     for _ in range(angle // 90 % 4):
         x, y = -y, x
     return x, -y
@@ -75,7 +75,7 @@ def _at(point: Point, angle: int | None = None) -> list[Element]:
 
 
 class _Writer:
-    """Schematic that grows from its plan."""
+    """Writer that makes a schematic from its plan."""
 
     def __init__(self, sheet: Sheet, table: Iterable[Part]):
         self.sheet, self.table = sheet, {part.reference: part for part in table}
@@ -94,7 +94,7 @@ class _Writer:
         return _word("uuid", path_id(self.sheet.name, *(names or (f"item {next(self.count)}",))))
 
     def expression(self) -> list[Element]:
-        """Return the whole schematic."""
+        """Return the whole schematic as an S-expression."""
         used = sorted({symbol_name(part) for part in self.table.values()})
         library = [definition(name, SYMBOLS[name]) for name in used]
         library += [definition(name, (symbol,), is_power=True) for name, symbol in POWER.items()]
@@ -252,12 +252,12 @@ def _is_within(point: Point, segment: tuple[Point, Point]) -> bool:
 
 
 def write_schematic(sheet: Sheet, table: Iterable[Part], file: Path) -> None:
-    """Write a schematic."""
+    """Write a schematic file from its plan and the table of parts."""
     file.write_text(write(_Writer(sheet, table).expression()) + "\n", "utf-8")
 
 
 def read_nets(file: Path) -> dict[str, str]:
-    """Return the net of each pin of a schematic, such as ``R1.2``, from its wires and names."""
+    """Return the net of each pin, such as ``R1.2``, from a schematic's wires and labels."""
     sheet = parse(file.read_text("utf-8"))
     shapes = {s[1]: s for s in all_of(one_of(sheet, "lib_symbols"), "symbol")}
     places: dict[str, Point] = {}

@@ -1,4 +1,4 @@
-"""S-expressions of KiCad's files, as nested lists."""
+"""Reader and writer of KiCad's S-expressions, as nested lists."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Word(str):
 
 
 def parse(text: str) -> list[Element]:
-    """Return the only expression of a text. Words and numbers become :class:`Word`."""
+    """Return the single S-expression in a text. Unquoted words and numbers become :class:`Word`."""
     stack: list[list[Element]] = [[]]
     for token in _TOKEN.findall(text):
         if token == "(":
@@ -36,7 +36,7 @@ def parse(text: str) -> list[Element]:
 
 
 def write(element: Element, depth: int = 0) -> str:
-    """Return an expression as text. Lists of lists are split into lines."""
+    """Return an S-expression as text. Lists of lists are split into lines."""
     if isinstance(element, Word):
         return str(element)
     if isinstance(element, str):
@@ -59,14 +59,14 @@ def write(element: Element, depth: int = 0) -> str:
 
 
 def all_of(element: list[Element], name: str) -> Iterator[list[Element]]:
-    """Yield the lists with this name within a list, one level down."""
+    """Yield the direct sublists of a list that begin with ``name``."""
     for part in element:
         if isinstance(part, list) and part and part[0] == name:
             yield part
 
 
 def one_of(element: list[Element], name: str) -> list[Element]:
-    """Return the first list with this name within a list.
+    """Return the first direct sublist of a list that begins with ``name``.
 
     Raises
     ------
@@ -79,10 +79,10 @@ def one_of(element: list[Element], name: str) -> list[Element]:
 
 
 def numbers(element: list[Element]) -> list[float]:
-    """Return the numbers that follow the name of a list."""
+    """Return the numbers in a list such as ``(at 1 2)``."""
     return [float(part) for part in element[1:] if re.fullmatch(r"-?[\d.]+(e-?\d+)?", str(part))]
 
 
 def property_of(element: list[Element], name: str) -> str:
-    """Return a property of a symbol or footprint, or an empty text."""
+    """Return a property of a symbol or footprint by name; "" without it."""
     return next((str(p[2]) for p in all_of(element, "property") if p[1] == name), "")

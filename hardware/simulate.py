@@ -95,19 +95,22 @@ class Board:
 
 
 def response(finger: str = "index", **options: Any) -> tuple[float, float, float]:
-    """Return the largest gain of the board and its two corner frequencies, Hz."""
+    """Return (gain, low corner, high corner) of a finger's amplifier; corners in Hz.
+
+    ``options`` go to :func:`spice.board`.
+    """
     lines = board(discs={finger: "DC 0 AC 1"}, **options)
     return _corners(*simulate(lines, "ac dec 100 5 30k", f"vm(adc_{finger})"))
 
 
 def resting(**options: Any) -> float:
-    """Return the offset of the index finger's converter from 1.65 V, counts."""
+    """Return by how much the index finger's converter input differs from 1.65 V at rest, counts."""
     _, volts = simulate(board(**options), "op", "v(adc_index)")
     return float(volts[0] - 1.65) / COUNT
 
 
 def ripple() -> float:
-    """Return the reading by 10 mV of 1 kHz on the supply, counts peak to peak.
+    """Return the reading that 10 mV of 1 kHz on the supply cause, counts peak to peak.
 
     The converter compares with the supply, so its reading is a ratio.
     """
@@ -119,7 +122,10 @@ def ripple() -> float:
 
 
 def columns(**options: Any) -> list[float]:
-    """Return the voltage of each column of both fingers behind taxels of a driven row, by row."""
+    """Return the voltage of each column while a row of equally pressed taxels is driven, V.
+
+    The list has all columns of both fingers for row 0, then for row 1 and row 2.
+    """
     nets = [f"v({finger}_column_{c})" for finger in FINGERS for c in range(COLUMNS)]
     volts = [
         simulate(board(driven=row, taxel=TAXEL, **options), "op", *nets)[1:] for row in range(ROWS)
@@ -128,7 +134,7 @@ def columns(**options: Any) -> list[float]:
 
 
 def short_current(**options: Any) -> tuple[float, float]:
-    """Return the least and largest current in a pin if two rows of a finger are connected, A."""
+    """Return (least, largest) current in a pin if two rows of a finger are connected, A."""
     amperes = [
         simulate(
             [*board(driven=row, **options), f"Rshort {finger}_line_{row} {finger}_line_{other} 1m"],
@@ -142,7 +148,10 @@ def short_current(**options: Any) -> tuple[float, float]:
 
 
 def carries() -> tuple[float, float]:
-    """Return the steps of the piezo's level in the first and the second reading of a column."""
+    """Return how much the piezo's level changes the next and second next reading, counts.
+
+    Both readings are those of one column, after the piezo was read.
+    """
     ohm = next(p.value for p in parts() if p.purpose.startswith("divider of column"))
     _, volts = simulate(sampled_charge(1.65, ohm), f"tran 10n {SAMPLE_TIME} uic", "v(sample)")
     left = float(volts[-1]) / 1.65
@@ -150,7 +159,7 @@ def carries() -> tuple[float, float]:
 
 
 def changed(results: Board, values: Mapping[str, float]) -> Board:
-    """Return the results of a board with other values, by reference."""
+    """Return the measurements of a board on which some parts have other values, by reference."""
     gain, low, high = response(values=values)
     return replace(
         results,
@@ -165,7 +174,7 @@ def changed(results: Board, values: Mapping[str, float]) -> Board:
 
 
 def is_found(results: Board, reference: str, factor: float) -> bool:
-    """Return True if :func:`check` finds a part whose value is wrong by a factor."""
+    """Return True if :func:`check` fails once the value of a part is multiplied by ``factor``."""
     value = next(part.value for part in parts() if part.reference == reference)
     try:
         check(changed(results, {reference: factor * value}))
@@ -184,7 +193,10 @@ def noise() -> float:
 
 
 def tolerances(boards: int, seed: int) -> dict[str, tuple[float, float]]:
-    """Return the 1st and 99th percentile of gain and corners over random boards."""
+    """Return the 1st and 99th percentile of gain and corner frequencies, by name.
+
+    The values of the parts are random within their tolerances, on ``boards`` boards.
+    """
     rng = np.random.default_rng(seed)
     valued = [part for part in parts() if part.value]
     scores = []
@@ -211,7 +223,10 @@ def sound_corner(input_ohm: float, disc: float) -> float:
 
 
 def measure(boards: int, seed: int) -> Board:
-    """Simulate the board. ``boards`` is the number of random boards."""
+    """Simulate the board, and return all measurements.
+
+    ``boards`` is the number of boards with random values.
+    """
     vectors = [f"v({net})" for net in ("adc_index", "clamp_index", "adc_thumb")]
     lines = board(discs={"index": KNOCK})
     times, adc, clamp, other = simulate(lines, "tran 20u 200m 0 5u", *vectors)
@@ -247,7 +262,7 @@ def measure(boards: int, seed: int) -> Board:
 
 
 def twin_response() -> tuple[float, float, float]:
-    """Return the largest gain and the corner frequencies of the twin's amplifier, Hz.
+    """Return (gain, low corner, high corner) of the twin's amplifier; corners in Hz.
 
     The twin has a high pass and a low pass of first order in series.
     """
@@ -261,7 +276,7 @@ def twin_response() -> tuple[float, float, float]:
 
 
 def check(results: Board) -> None:
-    """Raise AssertionError if the board and the twin differ, or if a pin leaves its limits."""
+    """Raise AssertionError if board and twin differ, or if a pin leaves its voltage limits."""
     for finger in ((results.gain, results.low_hz, results.high_hz), results.thumb):
         for name, ours, twin in zip(
             ("gain", "lower corner", "upper corner"), finger, twin_response(), strict=True
@@ -297,7 +312,7 @@ def check(results: Board) -> None:
 
 
 def _corners(rates: NDArray[np.float64], gains: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return the largest gain and the frequencies at which it is 3 dB lower."""
+    """Return the largest gain, and the two frequencies at which it is 3 dB lower, Hz."""
     peak, half = int(gains.argmax()), float(gains.max()) / np.sqrt(2)
     low = np.interp(half, gains[: peak + 1], rates[: peak + 1])
     high = np.interp(-half, -gains[peak:], rates[peak:])

@@ -1,6 +1,6 @@
 """Solids of the fingertip, made with build123d from the table of dimensions.
 
-Parts to print stand on z = 0 as they are printed. ``fingertip`` puts them together.
+Parts to print stand on z = 0 in their position for printing. ``fingertip`` puts them together.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ _BEYOND = 1.0
 
 
 def _box(x0: float, x1: float, width: float, z0: float, z1: float, y: float = 0.0) -> Part:
-    """Return a box between two x and two z, centred on y."""
+    """Return a box from ``x0`` to ``x1`` and from ``z0`` to ``z1``, centred on ``y``, mm."""
     box = Box(x1 - x0, width, z1 - z0, align=_UP)
     return Pos((x0 + x1) / 2, y, z0) * box
 
 
 def board(d: Dimensions) -> Part:
-    """Return the board with the force array, on z = 0."""
+    """Return the board with the force array; its back lies on z = 0."""
     return Box(d.board_length, d.board_width, d.board_thickness, align=_UP)
 
 
@@ -66,13 +66,13 @@ def sheet(d: Dimensions) -> Part:
 
 
 def screw_holes(d: Dimensions) -> list[Part]:
-    """Return the space of each screw in the mount."""
+    """Return the holes of the screws, to be cut out of the mount."""
     hole = Cylinder(d.insert_diameter / 2, d.insert_depth, align=_UP)
     return [Pos(x, y, 0) * hole for x, y in d.screws]
 
 
 def cable_space(d: Dimensions) -> Part:
-    """Return the space that wires and the cable tie may take: tray, opening, slots, groove."""
+    """Return the space for wires and cable tie: tray, opening, slots and groove."""
     start, tie = -d.outer[0] / 2, -d.outer[0] / 2 - d.tongue_length / 2
     top = d.wall_top + _BEYOND
     space = _box(-d.inner[0] / 2, d.inner[0] / 2, d.inner[1], d.floor, top)
@@ -159,12 +159,12 @@ def press(d: Dimensions) -> Part:
 
 
 def printed(d: Dimensions) -> dict[str, Part]:
-    """Return the parts to print, as they are printed, by the name of their files."""
+    """Return the parts to print, in their position for printing, by file name."""
     return {"mount": mount(d), "mould": mould(d), "locator": locator(d), "press": press(d)}
 
 
 def fingertip(d: Dimensions) -> dict[str, Part]:
-    """Return the assembled parts of one fingertip by name, from the mount to the pad."""
+    """Return the parts of one fingertip in place, by name, from the mount to the pad."""
     return {
         "mount": mount(d),
         "disc": Pos(0, 0, d.post_top + d.post_glue) * disc(d),

@@ -1,4 +1,4 @@
-"""Netlists of the amplifier board for ngspice, and their simulation."""
+"""Netlists of the amplifier board for ngspice, and a function that simulates them."""
 
 from __future__ import annotations
 

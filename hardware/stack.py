@@ -37,12 +37,15 @@ class Material:
 
     @property
     def is_piezo(self) -> bool:
-        """Return True if the material has a potential."""
+        """Return True if the material is piezoelectric, so that it has an electric potential."""
         return bool(self.permittivity.any())
 
     @property
     def matrix(self) -> Vector:
-        """Stress and charge per area for strains and gradient of the potential, in its unit."""
+        """Matrix from strains and electric field to stresses and charge per area.
+
+        The unit of the potential is chosen so that all entries have similar sizes.
+        """
         coupling, permittivity = _UNIT * self.coupling, _UNIT**2 * np.diag(self.permittivity)
         return np.block([[self.stiffness, coupling.T], [coupling, -permittivity]])
 
@@ -79,7 +82,7 @@ def piezoelectric(
 
 @dataclass(frozen=True)
 class Layer:
-    """Layer of the stack, from its lower face upwards."""
+    """Layer of a stack. Layers are listed from the lowest upwards."""
 
     thickness: float
     radius: float
@@ -91,7 +94,7 @@ class Layer:
 
 
 class Stack:
-    """Layers on each other, coaxial, on rigid ground. Lengths in m."""
+    """Coaxial layers on each other, on rigid ground, as finite elements. Lengths in m."""
 
     def __init__(
         self,
@@ -179,7 +182,8 @@ class Stack:
     def pressed(self, inner: float, outer: float, *, is_below: bool = False) -> Vector:
         """Return the solution for 1 N downwards, spread evenly over a ring of the top face.
 
-        ``is_below`` spreads it over the lowest face instead.
+        ``inner`` and ``outer`` are the ring's radii, m. ``is_below`` puts the load on the lowest
+        face.
         """
         load = np.zeros(self._count)
         top = np.arange(len(self._r)) * self._columns + (0 if is_below else self._columns - 1)
@@ -195,11 +199,18 @@ class Stack:
         return np.asarray(self._solve(load))
 
     def volts_per_newton(self, inner: float, outer: float, *, is_below: bool = False) -> float:
-        """Return the open-circuit voltage of the free electrode per newton on a ring, V/N."""
+        """Return the open-circuit voltage of the free electrode per newton on a ring, V/N.
+
+        ``inner`` and ``outer`` are the ring's radii, m. ``is_below`` puts the load on the lowest
+        face.
+        """
         return _UNIT * float(self.pressed(inner, outer, is_below=is_below)[self._electrode])
 
     def sinking(self, inner: float, outer: float) -> tuple[float, float]:
-        """Return how far middle and rim of the top face move downwards per newton on a ring, m."""
+        """Return how far middle and rim of the top face sink per newton on a ring, m/N.
+
+        ``inner`` and ``outer`` are the ring's radii, m.
+        """
         solution = self.pressed(inner, outer)
         middle, rim = self._number[self._columns - 1 :: self._columns, 1][[0, -1]]
         return -float(solution[middle]), -float(solution[rim])
@@ -212,19 +223,25 @@ class Stack:
 
 
 def _graded(a: float, b: float, size: float) -> Vector:
-    """Return places from a to b, closer near both ends, where layers end."""
+    """Return node positions from ``a`` to ``b``, closer near both ends, where layers end."""
     count = max(4, math.ceil((b - a) / size))
     return (a + b) / 2 - (b - a) / 2 * np.cos(np.linspace(0, math.pi, count + 1))
 
 
 def _shapes(x: Vector) -> tuple[Vector, Vector]:
-    """Return the three quadratic shapes on (-1, 1) and their slopes, shape (points, 3)."""
+    """Return values and slopes of the three quadratic shape functions, (points, 3) each.
+
+    ``x`` lies in (-1, 1).
+    """
     shapes = np.stack([x * (x - 1) / 2, 1 - x**2, x * (x + 1) / 2], axis=-1)
     return shapes, np.stack([x - 0.5, -2 * x, x + 0.5], axis=-1)
 
 
 def _matrices(material: Material, r0: Vector, r1: Vector, z0: Vector, z1: Vector) -> Vector:
-    """Return the matrices of elements of one material, shape (elements, 27, 27)."""
+    """Return the matrices of elements of one material, shape (elements, 27, 27).
+
+    The elements extend from ``r0`` to ``r1`` and from ``z0`` to ``z1``, m.
+    """
     shapes, slopes = _shapes(_POINTS)
     total = np.zeros((len(r0), 27, 27))
     for p, x in enumerate(_POINTS):

@@ -48,7 +48,7 @@ _CAPACITOR = Symbol(
 
 
 def _diode(y: float) -> tuple[tuple[tuple[float, float], ...], ...]:
-    """Return the lines of a diode that conducts upwards."""
+    """Return the lines of a diode's symbol that conducts upwards, at the height ``y``."""
     triangle = ((-0.5, y - 0.45), (0.5, y - 0.45), (0, y + 0.45), (-0.5, y - 0.45))
     return (triangle, ((-0.5, y + 0.45), (0.5, y + 0.45)))
 
@@ -160,12 +160,12 @@ def _word(name: str, *rest: Element) -> list[Element]:
 
 
 def text_size(size: float = 1.27, *more: Element) -> list[Element]:
-    """Return the effects of a text."""
+    """Return the S-expression for the size of a text, mm, and for ``more`` effects."""
     return _word("effects", _word("font", _word("size", size, size)), *more)
 
 
 def definition(name: str, units: tuple[Symbol, ...], *, is_power: bool = False) -> list[Element]:
-    """Return a symbol as it is embedded in a schematic."""
+    """Return the S-expression of a symbol, as a schematic embeds it."""
     hide = _word("hide", Word("yes"))
     stroke = _word("stroke", _word("width", 0.1524), _word("type", Word("default")))
     empty = _word("fill", _word("type", Word("none")))

@@ -4,7 +4,7 @@
 taxel reads the load of its neighbours. *Grounded*: the rows are at fixed voltages, so no column
 affects another. The readings of a column then give its conductances in closed form.
 
-python hardware/taxels.py    # writes the table of decision 0023
+    python hardware/taxels.py    # writes the table of decision 0023
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Array = NDArray[Any]
 
 
 class Method(StrEnum):
-    """How the rows are held while another is driven, and how the readings are used."""
+    """Way to hold the rows that are not driven, and to use the readings."""
 
     FLOATING = "other rows float, each reading used alone"
     GROUNDED = "other rows at ground, each reading used alone"
@@ -44,12 +44,15 @@ class Method(StrEnum):
 
 
 def conductances(forces: Sequence[float] | Array) -> Array:
-    """Return the conductance of each taxel under these forces, S. The sheet has no threshold."""
+    """Return the conductance of each taxel under these forces, N, in S, without a threshold."""
     return SHEET.leak + SHEET.conductance * np.asarray(forces, dtype=float) ** SHEET.exponent
 
 
 def readings(conductance: Array, method: Method, series: float = SHEET.row) -> Array:
-    """Return the voltage of each taxel's column while its row is driven, by nodal analysis."""
+    """Return the voltage of each taxel's column while the taxel's row is driven, V.
+
+    ``series`` is the resistance in each row, ohm.
+    """
     g = conductance.reshape(ROWS, COLUMNS)
     volts = np.zeros((ROWS, COLUMNS))
     for driven in range(ROWS):
@@ -65,26 +68,29 @@ def readings(conductance: Array, method: Method, series: float = SHEET.row) -> A
 
 
 def alone(volts: Array) -> Array:
-    """Return what each taxel would read alone in its column, as the device computes it."""
+    """Return the voltage that each taxel would give alone in its column, V.
+
+    The device computes it in the same way.
+    """
     others = volts.reshape(ROWS, COLUMNS).sum(axis=0) - volts.reshape(ROWS, COLUMNS)
     return ADC_VOLTS * volts / (ADC_VOLTS - others.ravel())
 
 
 def sampled(volts: Array, rng: np.random.Generator) -> Array:
-    """Return the mean of the converter's noisy readings, V."""
+    """Return the mean of noisy readings of these voltages by the converter, V."""
     noisy = volts + SHEET.noise * rng.standard_normal((READINGS, volts.size))
     step = ADC_VOLTS / ADC_COUNTS
     return np.clip(np.floor(noisy / step), 0, ADC_COUNTS - 1).mean(axis=0) * step
 
 
 def measured(forces: Array, method: Method, rng: np.random.Generator) -> Array:
-    """Return the voltages of the taxels that the device would send for these forces."""
+    """Return the voltages of all taxels that the device sends for these forces, N."""
     volts = sampled(readings(conductances(forces), method), rng)
     return alone(volts) if method is Method.SOLVED else volts
 
 
 def calibrated(method: Method, rng: np.random.Generator) -> ForceCurve:
-    """Return the curve fitted to weights on the first taxel, as ``calibrate --weigh`` does."""
+    """Return the force curve that ``calibrate --weigh`` would fit to weights on the first taxel."""
     weighings = []
     for newtons in WEIGHTS:
         volts = measured(np.array([newtons, 0, 0, 0, 0, 0]), method, rng)
@@ -117,7 +123,7 @@ def errors(method: Method, pinches: int, seed: int) -> tuple[float, float, float
 
 
 def table(pinches: int = 2000, seed: int = 1) -> str:
-    """Return the errors of each method as Markdown."""
+    """Return a Markdown table of the errors of each method."""
     rows = []
     for method in Method:
         unloaded, total, distance = errors(method, pinches, seed)
@@ -127,7 +133,7 @@ def table(pinches: int = 2000, seed: int = 1) -> str:
 
 
 def filled(text: str) -> str:
-    """Return the page with its table replaced."""
+    """Return the page ``text`` with its table replaced."""
     return fill(text, "hardware", {"taxels": table()})
 
 

@@ -50,7 +50,7 @@ SMALL = 0.8  # mm, height of the names of parts
 
 
 def _at(point: Point) -> pcbnew.VECTOR2I:
-    """Return a point of a layout on KiCad's sheet."""
+    """Convert a point of a layout, mm, into a point on KiCad's sheet."""
     return pcbnew.VECTOR2I_MM(round(point[0] + SHEET[0], 4), round(point[1] + SHEET[1], 4))
 
 
@@ -66,7 +66,7 @@ def _layers(*numbers: int) -> pcbnew.LSET:
 
 
 class Builder:
-    """KiCad board that grows from a layout and its parts."""
+    """Builder of a KiCad board from a layout and its parts."""
 
     def __init__(self, layout: Layout, table: tuple[Part, ...], file: Path, own: Path):
         pcbnew.KIID.SeedGenerator(1)  # equal identifiers in each run, so that files stay equal
@@ -93,7 +93,7 @@ class Builder:
             self._ground(side)
 
     def save(self) -> None:
-        """Fill the ground and write the board's file."""
+        """Fill the ground areas and write the board file."""
         pcbnew.SaveBoard(str(self.file), self.board, True)
         board = pcbnew.LoadBoard(str(self.file))  # the filler needs the project's rules
         pcbnew.ZONE_FILLER(board).Fill(board.Zones())
@@ -190,7 +190,10 @@ class Builder:
         return self._net_codes[name]
 
     def _pad(self, name: str, near: Point | None = None) -> Point:
-        """Return the place of a pad, such as ``R1.2``. Of several, the one nearest to ``near``."""
+        """Return the position of a pad such as ``R1.2``.
+
+        Of several, take the one nearest to ``near``.
+        """
         reference, number = name.split(".")
         places = [
             (pcbnew.ToMM(p.GetPosition().x) - SHEET[0], pcbnew.ToMM(p.GetPosition().y) - SHEET[1])
@@ -242,7 +245,7 @@ class Builder:
         self.board.Add(via)
 
     def _reach_ground(self, via: Point) -> None:
-        """Join a via of the ground to the ground's pads within 2 mm."""
+        """Connect a via of the ground to the ground's pads within 2 mm."""
         for footprint in self.board.Footprints():
             for pad in footprint.Pads():
                 at = pad.GetPosition()
@@ -275,7 +278,7 @@ class Builder:
         self.board.Add(zone)
 
     def _stitch(self) -> None:
-        """Set vias of the ground on a grid, wherever no other copper or text is near."""
+        """Add ground vias on a grid, where no other copper or text is near."""
         left, top = self.layout.corner
         width, height = self.layout.size
         pitch = self.layout.stitching

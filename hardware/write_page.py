@@ -29,7 +29,7 @@ RESULTS = ROOT / "docs/results/circuit.json"
 
 
 def parts_table() -> str:
-    """Return the bill of materials of the amplifier board, as Markdown."""
+    """Return a Markdown table of the amplifier board's parts, to order them."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     purposes: dict[tuple[str, str, str], str] = {}
     for part in parts():
@@ -54,7 +54,7 @@ def parts_table() -> str:
 
 
 def pins_table() -> str:
-    """Return the nets of the Teensy's pins, as Markdown."""
+    """Return a Markdown table of the Teensy's pins and their nets."""
     divider, row = SHARED["DIVIDER_OHM"], SHARED["ROW_OHM"]
     words = {
         f"adc_{f}": (f, "piezo, behind the low pass") for f in FINGERS
@@ -92,7 +92,7 @@ SIMULATION = """| quantity | simulated | compare |
 
 
 def simulation_table(board: Board) -> str:
-    """Return the measurements of the simulated circuit beside the twin's values, as Markdown."""
+    """Return a Markdown table that compares the simulated circuit with the twin."""
     return SIMULATION.format(
         **asdict(board),
         twin=twin_response(),
@@ -106,7 +106,7 @@ def simulation_table(board: Board) -> str:
 
 
 def filled(text: str, board: Board) -> str:
-    """Return a page with its tables replaced."""
+    """Return the page ``text`` with its tables replaced."""
     tables = {
         "parts": parts_table(),
         "pins": pins_table(),
@@ -124,7 +124,7 @@ def filled(text: str, board: Board) -> str:
 
 
 def read_results() -> Board:
-    """Return the results of the last simulation."""
+    """Return the measurements that the last simulation stored."""
     values = json.loads(RESULTS.read_text("utf-8"))
     return Board(**{name: value for name, value in values.items() if name != "command"})
 

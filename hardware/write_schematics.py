@@ -18,7 +18,7 @@ GROUND_X = 11.0
 
 
 def _cable_wires(reference: str, corner: tuple[float, float], ground: float) -> list[Wire]:
-    """Return the wires of a connector: short ones to the nets' names, and the ground's."""
+    """Return the wires at a cable's connector: short ones to labels, and those of the ground."""
     x, y = corner
     first, last = (n for n, wire in enumerate(CABLE, 1) if wire == "gnd")
     return [
@@ -29,7 +29,7 @@ def _cable_wires(reference: str, corner: tuple[float, float], ground: float) -> 
 
 
 def _finger(place: int, finger: str, x: float, y: float) -> Sheet:
-    """Return the plan of one finger's part, with its upper left corner at x and y."""
+    """Return the plan of one finger's circuit. Its upper left corner is at ``x`` and ``y``."""
     n, unit = 10 * place, place
     plus, minus, out = (("3", "2", "1"), ("5", "6", "7"))[place - 1]
     r = [f"R{n + k}" for k in range(9)]
@@ -93,7 +93,7 @@ def _finger(place: int, finger: str, x: float, y: float) -> Sheet:
 
 
 def amplifier_sheet() -> Sheet:
-    """Return the plan of the amplifier's schematic."""
+    """Return the plan of the amplifier board's schematic."""
     fingers = [_finger(1, "index", 10, 8), _finger(2, "thumb", 10, 30)]
     x, y = 10.0, 54.0
     puts = (
@@ -143,7 +143,7 @@ def amplifier_sheet() -> Sheet:
 
 
 def fingertip_sheet() -> Sheet:
-    """Return the plan of the fingertip's schematic."""
+    """Return the plan of the fingertip board's schematic."""
     x, y = 45.0, 14.0
     puts = [Put("J1", (17, 17)), Put("BZ1", (17, 32)), Put("E1", (30, 32))]
     wires = [
@@ -179,7 +179,7 @@ def fingertip_sheet() -> Sheet:
 
 
 def main() -> None:
-    """Write both schematics."""
+    """Write the schematics of both boards."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "boards")
     folder = parser.parse_args().out

@@ -46,7 +46,7 @@ READ = np.array([t.numbers.shore_a.value for t in HOUSEHOLD])
 def drawn(
     rng: np.random.Generator, each: int, hands: int, specimens: int, related: float
 ) -> tuple[Draws, NDArray[np.str_], NDArray[np.intp], NDArray[np.str_]]:
-    """Draw kinds and pinches.
+    """Draw kinds of objects, and pinches of them.
 
     Return the outcomes of both rules, and the kind, hand and group of each pinch. A share
     ``related`` of the kinds has a stiffness that fits weight and limit; the others have a random
@@ -83,12 +83,15 @@ def drawn(
 
 
 def rescaled(ours: Outcomes, theirs: Outcomes, weights: Values | None) -> Values:
-    """Return the reduction in drops, with the forces scaled to 10 % damage in each resample."""
+    """Return the reduction in drops by rule ``ours``, in each resample.
+
+    Each resample scales the forces of both rules to 10 % damage.
+    """
     return less(*(front(o, weights).drop_share() for o in (ours, theirs)))
 
 
 def fixed(ours: Outcomes, theirs: Outcomes, weights: Values) -> Values:
-    """Return the reduction in drops, with the same scales of the forces in all resamples.
+    """Return the reduction in drops by rule ``ours``, with the same force scales in all resamples.
 
     Additional damage counts as drops.
     """

@@ -19,7 +19,7 @@ CLUSTER, PINCH, EACH = 6.0, 3.0, 50
 
 
 def coverage(clusters: int, repeats: int, seed: int) -> tuple[float, float]:
-    """Return the coverage of the package's intervals, and of plain percentiles."""
+    """Return the coverage of the package's 95 % intervals, and of plain percentiles."""
     rng = np.random.default_rng(seed)
     names = np.repeat(np.arange(clusters), EACH)
     truth = np.hypot(CLUSTER, PINCH)

@@ -46,7 +46,10 @@ FIRM, WEAK = 2.0, 0.7
 
 @dataclass(frozen=True)
 class Hold:
-    """Pinch: samples, sample numbers of contact, slip and drop, and the object's mass, kg."""
+    """Simulated pinch and lift of one object.
+
+    It has the samples, the sample numbers of contact, slip and drop, and the mass, kg.
+    """
 
     data: np.ndarray
     contact: int
@@ -56,9 +59,9 @@ class Hold:
 
 
 def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Hold | None:
-    """Close on a household object with ``ratio`` times the force that just holds it.
+    """Pinch a household object with ``ratio`` times the force that just holds it, and lift it.
 
-    Return None if no finger touched it.
+    Return None if no finger touched it. ``coupling`` sets how loud a slip is.
     """
     rig = condition("paper-rig")
     specimen = draw_household_specimen(seed, rig, HOUSEHOLD[place], 0)
@@ -85,7 +88,7 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
 
 
 def listen(pinch: Hold, threshold: float, begin: int) -> tuple[list[int], list[float]]:
-    """Return the sample numbers of the alarms, and the loudness in each block of 12 samples.
+    """Return the sample numbers of slip alarms, and the loudness of each block of 12 samples.
 
     The hand holds the object from sample ``begin`` on.
     """
@@ -107,7 +110,7 @@ def quiet(seed: int) -> list[Hold]:
 
 
 def alarms_a_minute(holds: list[Hold], threshold: float) -> tuple[int, float]:
-    """Return the number of alarms, and the total duration of the holds, s."""
+    """Return the number of slip alarms in these holds, and the total duration of the holds, s."""
     begins = [h.contact + round(HOLDS * FINGERTIP_RATE) for h in holds]
     count = sum(len(listen(h, threshold, b)[0]) for h, b in zip(holds, begins, strict=True))
     seconds = sum(len(h.data) - b for h, b in zip(holds, begins, strict=True)) / FINGERTIP_RATE
@@ -121,7 +124,11 @@ def _jolt_alarms(pinch: Hold, threshold: float) -> list[int]:
 
 
 def slipping(seed: int, lift: str, coupling: float, threshold: float) -> list[dict]:
-    """Return one row per slip: its delay, s; detection within 10 mm; number of alarms before it."""
+    """Return a row per slip, for the hand of this seed.
+
+    It has the delay of the detection, s, True for a detection within 10 mm, and the number of
+    alarms before the slip.
+    """
     rows = []
     for place in range(len(HOUSEHOLD)):
         h = hold(seed, place, WEAK, LIFTS[lift], coupling)

@@ -73,18 +73,19 @@ class Item:
             check_text(name)
         if not 1 <= self.pinches <= MOST_PINCHES:
             raise ArgumentError(
-                f"{self.object}: the number of pinches is {self.pinches}: give a number from 1 to "
-                f"{MOST_PINCHES}"
+                f"the number of pinches of {self.object} is {self.pinches}: give a number from 1 "
+                f"to {MOST_PINCHES}"
             )
         for name, quantity in _MEASURED.items():
             value = getattr(self, name)
             if value is not None and not quantity.least <= value <= quantity.most:
                 raise ArgumentError(
-                    f"{self.object}: the value of {name} is {value:g}: give {quantity.unit} from "
+                    f"{name} of {self.object} is {value:g}: give a value in {quantity.unit} from "
                     f"{quantity.least:g} to {quantity.most:g}"
                 )
         if sum(getattr(self, name) is not None for name in _MEASURED) > 1:
-            raise ArgumentError(f"{self.object}: give one of {', '.join(_MEASURED)}")
+            names = ", ".join(_MEASURED)
+            raise ArgumentError(f"{self.object} has more than one of {names}: keep one of them")
 
     def label(self, session: str) -> Label:
         """Return the label of the object's pinches in a session."""

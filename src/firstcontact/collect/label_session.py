@@ -182,7 +182,7 @@ class Session:
     def earlier(self) -> str:
         """Text about the number of actions that were read from the journal at the start."""
         lost = self._journal.lost_bytes
-        damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
+        damage = f" ({self._journal.path} ends in {lost} bytes that cannot be read)" if lost else ""
         steps = counted(len(self._journal.actions), "labelling step")
         return f"{steps} restored from earlier sessions{damage}"
 

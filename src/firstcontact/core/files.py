@@ -223,8 +223,8 @@ def written_elsewhere(
                 shutil.rmtree(place, ignore_errors=True)
         else:
             return FileError(
-                f"{path} cannot be written ({error.strerror or error}): what belongs in it is in "
-                f"{place}: move it to another folder"
+                f"{path} cannot be written ({error.strerror or error}), so its files were saved in "
+                f"{place}: move them to another folder"
             )
     return error
 

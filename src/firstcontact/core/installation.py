@@ -43,8 +43,8 @@ def require_modules(extra: str, *modules: str) -> None:
     missing = missing_modules(modules)
     if missing:
         raise InputError(
-            f"this command or call needs {', '.join(missing)}, which is not installed: "
-            f"{install_command(extra)}"
+            f"this command or call needs {', '.join(missing)}, which is not installed: install it "
+            f"with {install_command(extra)}"
         )
 
 
@@ -105,7 +105,7 @@ def load_compiled(name: str) -> Any:
             binary = CLONE.joinpath("src", *folders, Path(str(module.__file__)).name)
             if binary.exists() and digest.encode() not in binary.read_bytes():
                 raise InputError(
-                    "the compiled functions of this package are not those of its C sources: "
+                    "the compiled functions of this package do not match its C sources: "
                     "install the package again, with pip install --editable ."
                 )
     return module

@@ -285,7 +285,8 @@ class Pinch(Drawable):
 
     def __post_init__(self) -> None:
         if fault := self.layout.fault:
-            raise ArgumentError(f"it has {fault}: give each finger one channel", parameter="layout")
+            message = f"the layout has {fault}: give each finger one channel"
+            raise ArgumentError(message, parameter="layout")
         object.__setattr__(self, "data", _samples(self.data, self.layout))
         object.__setattr__(self, "first_sample", given_whole(self.first_sample, "first_sample"))
         object.__setattr__(self, "truth", tuple(self.truth))

@@ -90,7 +90,7 @@ def read_card(
         text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:
         raise ModelError(
-            f"{path}: no {noun} found: choose a folder that `firstcontact train` wrote"
+            f"there is no {noun} at {path}: choose a folder that `firstcontact train` wrote"
         ) from None
     except OSError as error:
         raise ModelError(f"{path} cannot be read ({error.strerror}): check the file") from None

@@ -75,7 +75,7 @@ class AudioSource(ThreadedSource):
         except (sound.PortAudioError, ValueError) as error:
             self._shut()
             raise DeviceError(
-                f"{self.name} cannot be opened ({error}): close what else uses it, or see "
+                f"{self.name} cannot be opened ({error}): close the program that uses it, or see "
                 "`firstcontact ports`"
             ) from error
         described = (

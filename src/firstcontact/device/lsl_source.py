@@ -47,7 +47,9 @@ def lsl_library() -> Any:
     try:
         import pylsl
     except RuntimeError as error:  # the C library is missing
-        raise DeviceError(f"LSL needs liblsl ({error}): {install_command('live')}") from error
+        raise DeviceError(
+            f"LSL needs the library liblsl ({error}): install it with {install_command('live')}"
+        ) from error
     # Without a settings file of the user, liblsl prints its settings on standard error.
     files = ("lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
     has_file = any(map(os.path.exists, map(os.path.expanduser, files)))
@@ -180,8 +182,8 @@ class LslSource(ThreadedSource):
             raise DeviceError(f"{self.name} carries text: choose a stream of numbers")
         if not LOWEST_RATE <= rate <= HIGHEST_RATE:
             raise DeviceError(
-                f"{self.name} states a rate of {rate:g} Hz: contact detection needs "
-                f"{LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz in the field 'nominal_srate'"
+                f"{self.name} states a rate of {rate:g} Hz in the field 'nominal_srate': let the "
+                f"sender state its rate, from {LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz"
             )
 
     def _work(self) -> None:

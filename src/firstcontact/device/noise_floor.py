@@ -106,7 +106,8 @@ class RestMeter:
         Raises DeviceError with the :meth:`obstacles` if there are too few such parts.
         """
         if not self.is_sufficient:
-            raise DeviceError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
+            faults = "; ".join(self.obstacles())
+            raise DeviceError(f"the noise floor cannot be measured, because {faults}")
         at_rest = self._at_rest()
         noise = np.sqrt(np.mean(self._rms[at_rest] ** 2, axis=0))
         offset = self._means[at_rest].mean(axis=0)
@@ -147,7 +148,7 @@ class RestMeter:
         return (
             silent
             or messages
-            or ["too few samples: check the connection, or that the recording is long enough"]
+            or ["few samples came: check the connection, or that the recording is long enough"]
         )
 
     def _faults(self) -> NDArray[np.bool_]:

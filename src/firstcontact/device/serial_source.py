@@ -340,8 +340,8 @@ class SerialSource(QueuedSource):
         if has_pace and is_opening and self._rate_check.add(end, now):
             raise DeviceError(
                 f"the device sends {self._rate_check.rate:.0f} samples a second by this machine's "
-                f"clock, and its rate is stated as {descriptor.layout.rate:.0f}: correct the timer "
-                "or the stated rate of its firmware"
+                f"clock, but states a rate of {descriptor.layout.rate:.0f} Hz: correct the timer "
+                "or the stated rate in its firmware"
             )
 
     def _disconnect(self) -> None:

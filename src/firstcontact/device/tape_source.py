@@ -41,7 +41,8 @@ class TapeSource(ThreadedSource):
         check_rate(f"{self._path}: the sample rate", rate)
         if stored.shape[1] > 2:
             raise FileError(
-                f"{self._path} has {stored.shape[1]} channels: keep one, or one for each finger"
+                f"{self._path} has {stored.shape[1]} channels: reduce them to one, or to one for "
+                "each finger"
             )
         if stored.shape[1] == 2 and are_alike(*stored.T):
             _log.warning("%s: both channels are one signal, so the first is used alone", self.name)

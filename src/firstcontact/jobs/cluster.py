@@ -115,8 +115,8 @@ def _connected(address: str) -> Iterator[Client]:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ArgumentError(
-            f"--cluster {address}: no Dask scheduler answers there: "
-            "start one with `dask scheduler` and give its address as tcp://HOST:PORT"
+            f"no Dask scheduler answers at --cluster {address}: "
+            "start one with `dask scheduler`, and give its address as tcp://HOST:PORT"
         ) from error
     try:
         yield client
@@ -144,8 +144,8 @@ def _check(client: Client, address: str) -> None:
             remote = _public(versions["packages"][package])
             if local not in (remote, "none"):
                 raise ArgumentError(
-                    f"--cluster {address}: its {place} has {package} {remote}, not {local}: "
-                    "install the same version there"
+                    f"the {place} of --cluster {address} has {package} {remote}, but this process "
+                    f"has {local}: install the same version there"
                 )
 
 

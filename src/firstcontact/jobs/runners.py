@@ -227,7 +227,7 @@ def worker_count(workers: int) -> int:
     """
     if not 0 <= workers <= MOST_WORKERS:
         raise ArgumentError(
-            f"{workers} must be 0 (all cores) to {MOST_WORKERS}", parameter="workers"
+            f"{workers} is out of range: give 0 (all cores) to {MOST_WORKERS}", parameter="workers"
         )
     return workers or cores()
 

@@ -94,7 +94,8 @@ def closing_speed(
                 parameter=name,
             )
     if resolution is not None and not 0 <= resolution < math.inf:
-        raise ArgumentError(f"{resolution} is not a step: give it in m", parameter="resolution")
+        message = f"{resolution} is not the step of an encoder: give the step in m, 0 or more"
+        raise ArgumentError(message, parameter="resolution")
     is_near = (t <= -GUARD) & np.isfinite(x)
     order = np.argsort(t[is_near], kind="stable")
     t, x, v = (values[is_near][order] for values in (t, x, v))

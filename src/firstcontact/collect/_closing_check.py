@@ -47,7 +47,7 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Sample number of the first contact; None without a contact."""
+        """Sample number of the first contact, from strips or else piezos; None without one."""
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 
@@ -59,13 +59,13 @@ class ClosingCheck:
 
     @property
     def truth(self) -> tuple[Contact, ...]:
-        """Contacts from the strips, in time order."""
+        """True contacts, at which the contact strips closed, in time order."""
         contacts = [Contact(f, s, s) for f, s in self.strips.items()]
         return tuple(sorted(contacts, key=lambda c: c.sample))
 
     @property
     def detected(self) -> tuple[Contact, ...]:
-        """Detected contacts of fingers without a strip, in time order."""
+        """Contacts that the piezos of fingers without a contact strip showed, in time order."""
         has_strip = {f for f in Finger if self.layout.columns(ChannelKind.STRIP, f)}
         contacts = [c for f, c in self.contacts.items() if f not in has_strip]
         return tuple(sorted(contacts, key=lambda c: c.sample))

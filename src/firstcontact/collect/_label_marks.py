@@ -174,7 +174,7 @@ class Marks:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """First line of a journal: the names of the recordings and the number of contacts."""
+    """First line of a journal: names of the recordings, and number of contacts detected in them."""
 
     labelling: tuple[str, ...]
     found: int

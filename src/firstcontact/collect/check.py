@@ -1,4 +1,4 @@
-"""Self-test of new fingertips: a person taps and presses as asked, and gets a result page."""
+"""Self-test of new fingertips, which asks a person for taps and presses, and writes a page."""
 
 from __future__ import annotations
 

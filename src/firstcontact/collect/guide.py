@@ -88,7 +88,7 @@ class Item:
             raise ArgumentError(f"{self.object} has more than one of {names}: keep one of them")
 
     def label(self, session: str) -> Label:
-        """Return the label of the object's pinches in a session."""
+        """Return the label of this object's pinches in the session called ``session``."""
         specimen = self.specimen or self.object
         return Label(
             self.object,
@@ -205,7 +205,7 @@ class Guide:
 
     @property
     def noise(self) -> float:
-        """Noise since the last closing, as a multiple of the calibrated noise."""
+        """Noise in the quietest 0.1 s since the last closing, divided by the calibrated noise."""
         return self._noise.ratio
 
     def progress(self, label: Label) -> tuple[int, int]:

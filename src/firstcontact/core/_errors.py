@@ -1,4 +1,4 @@
-"""Errors for inputs that cannot be used. Users read their messages."""
+"""Exceptions for inputs that cannot be used. Users read the messages."""
 
 from __future__ import annotations
 

@@ -39,7 +39,10 @@ def plain_name(text: str) -> str:
 
 
 def given_name(value: Any, parameter: str) -> str:
-    """Return the plain form of a name, which may be a number. None and NaN give ""."""
+    """Return a caller's name, which may be a number, as :func:`plain_name`. None and NaN give "".
+
+    Raises ArgumentError for another type and for a name that is too long.
+    """
     if value is None or is_number(value) or str(value) in _MISSING:
         value = "" if value is None else str(value)
     check_text(value, parameter)

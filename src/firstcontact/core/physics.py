@@ -37,13 +37,20 @@ def gent_shore_a(modulus: float) -> float:
 
 
 def contact_modulus(first: float, second: float, poisson: float = POISSON) -> float:
-    """Return the contact modulus E* (Pa) of two bodies from their Young's moduli (Pa)."""
+    """Return the contact modulus E*, Pa, of two bodies from their Young's moduli, Pa.
+
+    Both bodies have the Poisson's ratio ``poisson``.
+    """
     plane_strain = 1 - poisson**2
     return 1 / (plane_strain / first + plane_strain / second)
 
 
 def hertz_stiffness(modulus: float, radius: float) -> float:
-    """Return the stiffness K (N/m^1.5) of Hertz' contact, whose force is F = K d^1.5."""
+    """Return the stiffness K, N/m^1.5, of Hertz' contact between a sphere and a plane.
+
+    ``modulus`` is the contact modulus, Pa, and ``radius`` that of the sphere, m. At the
+    indentation d the force is F = K d^1.5.
+    """
     return 4 / 3 * modulus * sqrt(radius)
 
 
@@ -75,7 +82,10 @@ def is_same_rate(rate: float, other: float) -> bool:
 
 
 def parse_radius(text: str) -> float:
-    """Return the radius, m, that a hint states: infinite for "flat", NaN for an empty hint."""
+    """Parse a shape hint, such as "37 mm". Return the radius, m: inf for "flat", NaN for "".
+
+    Raises ArgumentError for any other text.
+    """
     word = text.strip().lower()
     if not word:
         return math.nan
@@ -95,7 +105,7 @@ def parse_radius(text: str) -> float:
 
 
 def radius_text(radius: float | None) -> str:
-    """Return a radius as the text of a hint; "" for None or NaN."""
+    """Return a radius, m, as a shape hint: "radius 37 mm", "flat" for inf, "" for None or NaN."""
     if radius is None or math.isnan(radius):
         return ""
     return FLAT if math.isinf(radius) else f"radius {1000 * radius:g} mm"

@@ -59,12 +59,12 @@ class Quantity:
 
     @property
     def axis(self) -> str:
-        """Text for an axis of a figure: the quantity's name and unit."""
+        """Label of a figure's axis for this quantity, such as "stiffness (N/mm)"."""
         return self.title if self.title == self.unit else f"{self.title} ({self.unit})"
 
     @property
     def error_axis(self) -> str:
-        """Text for an axis that shows errors: the unit, or a factor for a logarithmic quantity."""
+        """Unit on a figure's axis for errors: "Shore A", or "ln of N/mm" if logarithmic."""
         return f"ln of {self.unit}" if self.is_logarithmic else self.unit
 
     @property

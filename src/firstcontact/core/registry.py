@@ -35,7 +35,7 @@ class Named(Protocol):
 
     @property
     def name(self) -> str:
-        """Name on the command line, in files and in results."""
+        """Name of the object on the command line, in files and in results."""
 
 
 E = TypeVar("E", bound=Named)
@@ -155,7 +155,7 @@ class Registry(Mapping[str, E], Generic[E]):
             ) from None
 
     def include(self, name: str) -> None:
-        """Add an entry whose name has a colon, so that iterating over the registry yields it."""
+        """Add an entry called ``PACKAGE:NAME``, so that iterating over the registry yields it."""
         self.find(name)
         if name not in self.names:
             self._included.append(name)

@@ -1,4 +1,4 @@
-"""Units of signals: which texts name them, and if numbers can have them."""
+"""Units of recorded signals: parsers of unit names, and checks if numbers can have a unit."""
 
 from __future__ import annotations
 

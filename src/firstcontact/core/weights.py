@@ -40,7 +40,7 @@ Rate = Annotated[float, msgspec.Meta(ge=500.0, le=1e7)]
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields at the beginning of every card, which identify its format."""
+    """Fields that identify the format of a card. Every card begins with them."""
 
     format: Name
     format_version: int

@@ -1,4 +1,4 @@
-"""Assembly of a device's frames (packets) into numbered samples, with counts of losses."""
+"""Assembler of the frames (packets) from a device into numbered samples, with counts of losses."""
 
 from __future__ import annotations
 

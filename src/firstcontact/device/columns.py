@@ -182,6 +182,6 @@ def _counter(
 
 
 def counts_up(lines: list[tuple[float, ...]], column: int) -> bool:
-    """Return True if a column rises in most lines, by a small step."""
+    """Return True if the numbers in a column rise by a small step from most lines to the next."""
     steps = [b[column] - a[column] for a, b in itertools.pairwise(lines)]
     return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

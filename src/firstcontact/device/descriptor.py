@@ -149,7 +149,7 @@ class Descriptor:
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """Create a descriptor from a device's JSON text. Raise InputError if a field is wrong."""
+        """Parse a descriptor from a device's JSON text. Raise DeviceError if a field is wrong."""
         fields = read_record(
             text.encode(), _DescriptorJson, "the device's descriptor", _FLASH, error=DeviceError
         )

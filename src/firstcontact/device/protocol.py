@@ -1,4 +1,4 @@
-"""Encoding and decoding of the wire protocol's frames (``docs/protocol.md``, version 1)."""
+"""Encoder and decoder of the serial protocol's frames (``docs/protocol.md``, version 1)."""
 
 from __future__ import annotations
 
@@ -219,8 +219,8 @@ def _text(data: bytes) -> str:
 class Decoder:
     """Decoder that splits a stream of bytes into frames.
 
-    Frame counters give the number of lost frames, not ``bad``: a wrong bit can split a frame into
-    two damaged pieces. The first piece of the stream may be the end of a frame and is not counted.
+    ``bad`` counts damaged pieces, not lost frames: a wrong bit can split a frame into two pieces.
+    The first piece of the stream may be the end of a frame, and is not counted.
     """
 
     def __init__(self) -> None:

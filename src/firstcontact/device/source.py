@@ -114,7 +114,7 @@ class Health:
 
     @property
     def link(self) -> str:
-        """Text with the numbers of received and lost samples, damaged frames and reconnects."""
+        """Text with the counts of received and lost samples, damaged frames and reconnects."""
         return (
             f"link: {self.samples} samples, {self.lost} lost, {self.bad_frames} damaged frames, "
             f"{self.reconnects} reconnects"

@@ -157,7 +157,7 @@ class ThreadedSource(QueuedSource):
 
     @abstractmethod
     def _open(self) -> Descriptor:
-        """Open the source in the caller's thread. Return its descriptor."""
+        """Open the port or stream, in the caller's thread. Return the source's descriptor."""
 
     @abstractmethod
     def _work(self) -> None:
@@ -254,7 +254,10 @@ class ThreadedSource(QueuedSource):
             )
 
     def _wait(self) -> bool:
-        """Measure the time without a usable sample. Return True once it reaches ``SILENCE`` s."""
+        """Add up the time without a usable sample. Return True if it is ``SILENCE`` s or more.
+
+        The source then counts as disconnected.
+        """
         now = time.monotonic()
         self._silence += min(now - self._last_check, LONGEST_PAUSE)
         self._last_check = now

@@ -157,7 +157,7 @@ class TwinProcess(TerminalDevice):
         return f"{ACCEPTED}{text}"
 
     def _command(self) -> bool:
-        """Carry out commands from the parent process. Return False once that closed the pipe."""
+        """Carry out commands from the parent process. Return False if the pipe is closed."""
         lines = os.read(0, 4096)
         for line in lines.splitlines():
             answer = "done"

@@ -56,7 +56,7 @@ class Run:
 
     @property
     def seconds(self) -> float:
-        """Duration to the end of the last sample, s."""
+        """Duration of the run, to the end of the last sample, s."""
         count = self.end - self.first
         return (self.last - self.begin) * count / max(count - 1, 1)
 

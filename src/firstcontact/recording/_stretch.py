@@ -1,4 +1,4 @@
-"""Samples of a recording that stay in the file until they are used."""
+"""Blocks of a recording whose samples stay in the file until they are used."""
 
 from __future__ import annotations
 

@@ -67,7 +67,8 @@ class Header:
     Parameters
     ----------
     layout, calibration
-        Columns of the samples with units and rate, and calibration of the fingertips; None without.
+        Columns of the samples with units and rate, and calibration of the fingertips, None if they
+        were not calibrated.
     source
         Origin of the samples: "twin" (simulated hand), "real", "synthetic" or "unknown".
     dtype

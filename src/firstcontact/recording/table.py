@@ -1,4 +1,4 @@
-"""CSV files with a header line: tables that programs write, and lists that people write."""
+"""Readers of CSV files with a header line, written by programs or by people."""
 
 from __future__ import annotations
 

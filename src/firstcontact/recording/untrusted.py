@@ -1,4 +1,4 @@
-"""Protection against untrusted files: one error for all errors of libraries, and quoted text."""
+"""Helpers for untrusted files: errors of libraries become FileError, and text is quoted safely."""
 
 from __future__ import annotations
 

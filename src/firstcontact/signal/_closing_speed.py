@@ -1,4 +1,4 @@
-"""Closing speed from reported positions of the hand."""
+"""Closing speed of the fingertip, from positions that the hand reports."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def _few(freedom: int) -> float:
 
 
 def _step(positions: NDArray[np.float64]) -> float:
-    """Return the smallest step of an encoder's positions, m; 0 without visible steps."""
+    """Return the step of the encoder that shows in positions, m; 0 if none shows."""
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]
     if not len(moved):

@@ -67,14 +67,16 @@ class ExponentialSmoothing:
 
 
 class DeviceSmoothing:
-    """Filter that smooths vibration as the published device does, unless the device did it already.
+    """Streaming filter that smooths vibration channels as the device of the published hand does.
+
+    Channels that the device has smoothed already stay unchanged.
 
     Parameters
     ----------
     layout
         Layout of the samples. It states which channels the device has smoothed.
     columns
-        Layout's column numbers of the data, by default those of all vibration channels.
+        Column numbers, in the layout, of the data's columns. By default, all vibration channels.
     """
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
@@ -93,7 +95,7 @@ class DeviceSmoothing:
 
 @lru_cache(maxsize=1)
 def _savgol_weights() -> NDArray[np.float64]:
-    """Return the symmetric weights of the centred Savitzky-Golay filter, shape (length,)."""
+    """Return the weights of the centred Savitzky-Golay filter, shape (length,)."""
     half = SAVGOL_LENGTH // 2
     times = np.arange(-half, half + 1, dtype=np.float64)
     powers = np.vander(times, SAVGOL_ORDER + 1, increasing=True)

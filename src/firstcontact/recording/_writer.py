@@ -1,4 +1,4 @@
-"""Writer of recordings. If it is killed, at most the last tenth of a second is lost."""
+"""Writer of recordings. If the process is killed, at most the last tenth of a second is lost."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def read_pins(file: Path = PINS) -> dict[str, str]:
 
 
 def pin_differences(file: Path = PINS) -> list[str]:
-    """Return sentences on pins that the firmware's header assigns otherwise than the table."""
+    """Return a sentence for each pin whose net in the firmware's header differs from the table."""
     header = read_pins(file)
     return [
         f"pin {pin} is {header.get(pin)} in {file.name}, and {TEENSY.get(pin)} on the board"

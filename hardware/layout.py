@@ -20,7 +20,7 @@ Point = tuple[float, float]
 
 
 class Step(Enum):
-    """Stop of a track that is no position: a via."""
+    """Stop of a track that has no position of its own."""
 
     VIA = "a via, after which the track runs on the other side"
 

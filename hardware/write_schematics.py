@@ -18,7 +18,7 @@ GROUND_X = 11.0
 
 
 def _cable_wires(reference: str, corner: tuple[float, float], ground: float) -> list[Wire]:
-    """Return the wires at a cable's connector: short ones to labels, and those of the ground."""
+    """Return the wires at a cable's connector: short ones to labels, long ones of the ground."""
     x, y = corner
     first, last = (n for n, wire in enumerate(CABLE, 1) if wire == "gnd")
     return [

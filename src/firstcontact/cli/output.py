@@ -19,7 +19,7 @@ GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 
 
 class Output:
-    """Text stream that escapes control characters, and ignores text once nobody reads it."""
+    """Text stream that escapes control characters, and drops text once its reader has gone."""
 
     def __init__(self, stream: TextIO, raises: bool = False) -> None:
         self.failed: OSError | None = None

@@ -66,7 +66,7 @@ def _standard_input() -> int | None:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key at once. Return its former settings.
+    """Make a terminal deliver each key immediately. Return its former settings.
 
     ``number`` is its file descriptor. Return None, and change nothing, if it is no terminal of
     ours.

@@ -334,7 +334,7 @@ def _fail(error: BaseException) -> None:
 
 
 class DriverThread:
-    """Thread that carries out calls in order. A call that blocks delays only later calls."""
+    """Thread that calls functions one after another. A call that blocks delays only later calls."""
 
     def __init__(self) -> None:
         self._calls: SimpleQueue[tuple[Callable[[], None], Future[None]] | None] = SimpleQueue()
@@ -342,10 +342,11 @@ class DriverThread:
         self._newest: Future[None] | None = None
 
     def call(self, act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
-        """Carry out a call, and return its error, or HandError after ``seconds`` s.
+        """Call ``act`` in the thread. Return its error, None without one.
 
-        While an earlier call blocks, times up to ``RELEASED`` count as 0: this call is carried out
-        once that one returns.
+        Return HandError if ``act`` has not ended after ``seconds`` s. If an earlier call still
+        blocks, return it at once for all ``seconds`` up to ``RELEASED``. ``act`` is then called
+        once the earlier call ends.
         """
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="hand driver", daemon=True)
@@ -362,7 +363,7 @@ class DriverThread:
         return done.exception()
 
     def end(self) -> None:
-        """End the thread after its last call."""
+        """Stop the thread after the calls that it was given."""
         self._calls.put(None)
 
     def _run(self) -> None:
@@ -377,7 +378,10 @@ class DriverThread:
 
 
 def call_directly(act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
-    """Carry out a call in this thread, and return its error. Interrupts are raised."""
+    """Call ``act`` in this thread. Return its error, None without one. Interrupts are raised.
+
+    Use it in place of :meth:`DriverThread.call`. ``seconds`` has no effect.
+    """
     try:
         act()
     except BaseException as error:

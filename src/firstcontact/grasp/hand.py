@@ -46,7 +46,7 @@ class HandLimits:
 
 
 class Begins(Flag):
-    """Who begins a hand's closings: this program, others, or others at this program's request."""
+    """Origin of a hand's closings: this program, others, or others at this program's request."""
 
     #: The hand's controller, its wearer or the twin begins a closing. The signal shows when.
     OTHERS = auto()

@@ -99,7 +99,7 @@ class GraspLoop:
         self._check_deadline(now)
 
     def withdrawn(self) -> None:
-        """Let the hand approach again, because the detector withdrew the contact."""
+        """Continue the approach of the hand, because the detector withdrew the contact."""
         if not self._closing:
             return
         self.counts.withdrawn += 1

@@ -1,4 +1,4 @@
-"""Hand in a process of its own, which releases the hand when the program hangs or ends.
+"""Hand in a separate process, which releases the hand when the program hangs or ends.
 
 The process imports no NumPy and computes nothing, so that it always answers in time.
 """
@@ -47,7 +47,7 @@ def can_separate(kind: type[Hand]) -> bool:
 
 
 class SeparateHand(Hand):
-    """Hand whose driver runs in a process of its own."""
+    """Hand whose driver runs in a separate process."""
 
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
         hand: Hand = kind(port)

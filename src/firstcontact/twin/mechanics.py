@@ -257,7 +257,7 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 
 
 def contact_arms(p: FingerParameters, o: ObjectParameters) -> ObjectParameters:
-    """Return the object with the relaxation of its contact in place of its own.
+    """Return the object with the relaxation of its contact with the pad.
 
     The pad gives way at the contact, too. Its silicone relaxes as that of a block. So a contact
     relaxes less than fruit, and as a block does. The strengths are shares of the contact's

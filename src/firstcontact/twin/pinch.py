@@ -98,7 +98,7 @@ def simulate_pinch(
 
 
 def simulate_pinches(jobs: Sequence[PinchJob], duration: float = DURATION) -> Iterator[Pinch]:
-    """Yield the pinches of all jobs as :func:`simulate_pinch` does, but compute several at once."""
+    """Yield the pinches of all jobs as :func:`simulate_pinch` does, but faster, in batches."""
     for start in range(0, len(jobs), _TOGETHER):
         batch = jobs[start : start + _TOGETHER]
         runs = [PinchRun(job.draw, duration, BURN_IN) for job in batch]

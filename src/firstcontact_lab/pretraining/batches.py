@@ -1,4 +1,4 @@
-"""Random batches of simulated contacts, for the training of the network."""
+"""Random batches of simulated contacts, to train the network."""
 
 from __future__ import annotations
 
@@ -49,7 +49,11 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Return training inputs of some contacts, with random errors of placement and lengths."""
+    """Return training inputs of the contacts ``indices``, with random delays and signal lengths.
+
+    ``samples`` fixes the signal length, ``context`` the context of each rig. A batch with a fixed
+    context has no hints.
+    """
     n = len(indices)
     shortest, longest = Touches.lengths(_RATE)
     valid = rng.integers(shortest, longest + 1, n) if samples is None else np.full(n, samples)
@@ -88,7 +92,7 @@ def draw_batch(
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Return signals from ``late`` samples after each contact on, minus the mean before it."""
+    """Return signals from ``late`` samples after each contact on, minus the mean before."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
     end = start - samples_in(BASELINE_GUARD, _RATE)
@@ -99,7 +103,7 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the features of all rigs' block pinches as rows, and a mask of missing ones.
+    """Return the features of all rigs' block pinches as rows, and a mask of the present ones.
 
     There is a row per rig, context and stage. The mask is 1 for each Shore A that the blocks have.
     """

@@ -1,4 +1,8 @@
-"""Calibration of a trained network on other simulated rigs: intervals, limits, pooled pinches."""
+"""Calibration of a trained network on other simulated rigs.
+
+It sets the intervals, the limits beyond which a signal is out of range, and the average of pooled
+pinches.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +49,10 @@ _SHRINK = 1e-3
 def answers(
     model: RigModel, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Return the predicted Shore A and the standard deviation for each contact, shape (n,) each."""
+    """Return the predicted Shore A and standard deviation of each contact, shape (n,) each.
+
+    The model gets ``samples`` samples after each contact.
+    """
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
     batch = draw_batch(examples, everything, rng, samples, context=0)
@@ -62,7 +69,7 @@ def answers(
 
 
 def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel:
-    """Return the trained network as a model with calibrated intervals, for any rig."""
+    """Return the trained network as a model for any rig, with calibrated intervals."""
     familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
     ones = np.ones(len(Rig.STAGES))
     plain = RigModel(network, familiar, ones, LEVEL, {Rig.ANY: Rig.unknown()}, ones)
@@ -70,7 +77,10 @@ def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel
 
 
 def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runner) -> RigModel:
-    """Return the model with calibrated intervals for averages of network and regression, too."""
+    """Return the model with intervals for the average of network and regression, too.
+
+    They are calibrated on the rigs with these numbers.
+    """
     errors, spreads = object_errors(model, numbers, seed, runner)[1]
     factors = np.array([_quantile(of_stage) for of_stage in np.abs(errors) / spreads])
     return RigModel(model.network, model.familiar, model.factors, model.level, model.rigs, factors)
@@ -79,10 +89,10 @@ def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runne
 def object_errors(
     model: RigModel, numbers: Sequence[int], seed: int, runner: Runner, family: str = ""
 ) -> NDArray[np.float64]:
-    """Return errors and predicted standard deviations of the network and of its average, Shore A.
+    """Return errors and predicted standard deviations of network and average, Shore A.
 
-    The average is that with a regression on the rig's pinches. The shape is (2 models, error or
-    spread, stages, objects). Errors are NaN after the second contact.
+    The average is that of the network and a regression on the rig's pinches. The shape is (network
+    or average, error or deviation, stages, objects). Errors are NaN after the second contact.
     """
     of_rigs = runner.map(_object_errors, numbers, seed, model, family)
     return np.concatenate([errors for errors in of_rigs if errors.size], axis=3)
@@ -104,7 +114,10 @@ def _object_errors(number: int, seed: int, model: RigModel, family: str) -> NDAr
 
 
 def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
-    """Return centre, covariance and largest distance of signal features, for each length."""
+    """Return the limits of familiar signals: centre, whitening and largest distance of features.
+
+    ``traits`` holds the features of many signals, for each length.
+    """
     means, whitenings, limits = [], [], []
     for trait_values in traits:
         mean = np.median(trait_values, axis=0)
@@ -119,14 +132,17 @@ def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
 
 
 def _factor(model: RigModel, examples: Examples, samples: int, seed: int) -> float:
-    """Return the factor from spreads to half widths of intervals with coverage ``LEVEL``."""
+    """Return the factor from standard deviations to half widths of intervals.
+
+    With it, the share ``LEVEL`` of the objects lies within the interval.
+    """
     values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
     return _quantile((np.abs(values - examples.shore_a) / spreads)[is_object])
 
 
 def _quantile(ratios: Values) -> float:
-    """Return the conformal quantile of these ratios of error to spread. NaN is ignored."""
+    """Return the conformal quantile of ratios of error to standard deviation. NaN is ignored."""
     ordered = np.sort(ratios[np.isfinite(ratios)])
     rank = math.ceil((len(ordered) + 1) * LEVEL)
     return float(ordered[min(rank, len(ordered)) - 1])
@@ -152,9 +168,10 @@ PINCHES = 5
 def object_estimates(
     model: RigModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Return predictions, half widths of their intervals, and true Shore A, by object and pinch.
+    """Return predictions, half widths of their intervals, and the true Shore A of each object.
 
-    Shapes: (objects, pinches), (objects, pinches) and (objects,). ``samples`` is the signal length.
+    The shapes are (objects, pinches), (objects, pinches) and (objects,). ``samples`` is the signal
+    length.
     """
     values, spreads = answers(model, examples, samples, seed)
     half = model.half_widths(spreads, samples)
@@ -166,7 +183,10 @@ def object_estimates(
 
 
 def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
-    """Return the share of the error that is equal in all pinches of the same object."""
+    """Return the share of the error that all pinches of an object have in common.
+
+    The arrays are those of :func:`object_estimates`.
+    """
     z = (values - truth[:, None]) / half_widths
     n = z.shape[1]
     products = (z.sum(axis=1) ** 2 - (z**2).sum(axis=1)).mean() / (n * (n - 1))
@@ -174,7 +194,10 @@ def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
 
 
 def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -> float:
-    """Return the share of objects whose interval from ``pinches`` pooled ones holds the truth."""
+    """Return the share of objects whose Shore A lies in the interval from pooled pinches.
+
+    Each interval pools ``pinches`` pinches.
+    """
     combined = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
     covered = [
         estimates.low <= y <= estimates.high for estimates, y in zip(combined, truth, strict=True)
@@ -189,7 +212,10 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return by time the share of error common to an object's pinches, and pooled coverages."""
+    """Return the error's shared part and the coverages of pooled pinches, by time.
+
+    ``samples`` maps the name of a time to the signal length. The result is for JSON.
+    """
     out = {}
     for time, length in samples.items():
         estimates = object_estimates(model, test, length, seed)

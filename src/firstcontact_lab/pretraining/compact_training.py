@@ -1,4 +1,4 @@
-"""Training of a small network that imitates the predictions of the full network."""
+"""Training of the compact network, which imitates the full networks."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def compacted(
     directions: Mapping[str, int] = DIRECTIONS,
     progress: Callable[[int, float], object] = lambda step, loss: None,
 ) -> ContextNetwork:
-    """Return a compact network that predicts as the mean of the teachers' distributions."""
+    """Train a compact network to predict the mean of the teachers' distributions. Return it."""
     sources = [_Lots(teacher, examples) for teacher in teachers]
 
     def drawn(number: int) -> Batch:
@@ -101,7 +101,7 @@ def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:
 
 
 class _Lots:
-    """Maker of a network's training batches. It encodes the features of each rig only once."""
+    """Maker of a network's training inputs from batches. It encodes each rig only once."""
 
     def __init__(self, full: Full, examples: Examples) -> None:
         self._full = full
@@ -116,10 +116,10 @@ class _Lots:
             )
 
     def lot(self, batch: Batch) -> Lot:
-        """Return the network's inputs for a batch, with the true Shore A of each contact.
+        """Return the network's inputs for a batch, and the scaled Shore A of each contact.
 
-        These are: inputs, codes of the rig's blocks and their mask, general features, scaled Shore
-        A.
+        The result is (inputs, codes of the rig's blocks, mask of the codes, general features, Shore
+        A).
         """
         row = torch.from_numpy(batch.row)
         present = self._present[row] * torch.from_numpy(batch.is_known).float()[:, None]
@@ -132,7 +132,10 @@ class _Lots:
 
 
 def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return three weighted points of each normal distribution that the full network predicts."""
+    """Return (points, weights) that stand for the distributions that the full network predicts.
+
+    Each normal distribution of a mixture has three points.
+    """
     with torch.no_grad():
         parts = [
             full.predict(*part)
@@ -145,7 +148,7 @@ def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
 
 
 class _TorchCompact(nn.Module):
-    """Small network in PyTorch, with floating-point weights."""
+    """Compact network in PyTorch, with floating-point weights."""
 
     def __init__(self, directions: Mapping[str, int]) -> None:
         super().__init__()
@@ -178,7 +181,10 @@ class _TorchCompact(nn.Module):
         return torch.log_softmax(weight, 1), MEAN_SCALE * centre, spread.clamp(*SPREAD)
 
     def begin_as(self, full: TorchNetwork, lot: Lot) -> None:
-        """Set the weights to a low-rank approximation of the full network on these contacts."""
+        """Set the weights to a low-rank approximation of the full network.
+
+        It is best for the contacts in ``lot``.
+        """
         heard = _heard(full, lot)
         layers = _linear(full)
         query = heard["query2"][0].mean(0).reshape(HEADS, -1, 1)
@@ -201,7 +207,10 @@ class _TorchCompact(nn.Module):
             self.answer.load_state_dict(layers["answer"].state_dict())
 
     def arrays(self, full: Full) -> dict[str, NDArray[np.generic]]:
-        """Return the trained arrays by name. Those that encode a rig come from the full network."""
+        """Return the trained arrays by name.
+
+        Those that encode a rig's blocks are the full network's.
+        """
         out: dict[str, NDArray[np.generic]] = dict(full.scales)
         layers = {"pool": self.pool, "term": self.rig, "answer": self.answer}
         for name in ("token1", "token2"):
@@ -218,7 +227,10 @@ class _TorchCompact(nn.Module):
 
 
 def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.Tensor]]:
-    """Return by layer its outputs, and the gradients of the loss with respect to these outputs."""
+    """Return (outputs, gradients) of each layer of the full network, by the layer's name.
+
+    The gradients are those of the loss with respect to the outputs.
+    """
     heard: dict[str, torch.Tensor] = {}
 
     def listen(name: str) -> Callable[[nn.Module, object, torch.Tensor], None]:
@@ -265,7 +277,7 @@ def _thin(
 
 
 def integers(name: str, weight: NDArray[np.floating]) -> dict[str, NDArray[np.generic]]:
-    """Return a matrix as named arrays: 16-bit integers, and a scale for each row."""
+    """Return a matrix as 16-bit integers and a scale for each row, as arrays named by ``name``."""
     least = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
     scale = np.maximum(least, 1e-30).astype(np.float32)
     return {

@@ -1,4 +1,4 @@
-"""Training examples from random simulated rigs: contacts, and what is known of their rig."""
+"""Training examples from random simulated rigs: contacts, and the contexts of their rigs."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def placing(rng: Rng, has_strips: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return random delays of contacts, in samples, as a strip or a detector places them."""
+    """Return random delays of placed contacts, in samples: those of a strip or of a detector."""
     mean, deviation = np.where(has_strips[:, None], STRIP, PLACED).T
     drawn = np.round(mean + deviation * rng.standard_normal(len(mean))).astype(np.intp)
     out: NDArray[np.intp] = np.clip(drawn, -MARGIN, MARGIN)
@@ -109,14 +109,20 @@ class _Drawn:
 
 
 def rig_examples(number: int, seed: int, family: str = "", again: int = 0) -> Examples:
-    """Simulate the examples of one rig. They depend only on these arguments."""
+    """Simulate the training examples of rig ``number``.
+
+    Equal arguments give equal examples. ``family`` changes the structure of the rig.
+    """
     return _example_set(_drawn(number, seed, family, again))
 
 
 def labelled_touches(
     number: int, seed: int, family: str = ""
 ) -> tuple[Touches, Values, Touches, Values]:
-    """Simulate a rig's contacts with blocks and with objects. Return both, each with Shore A."""
+    """Simulate contacts of rig ``number``, first with blocks and then with objects.
+
+    Return both, each followed by the Shore A.
+    """
     d = _drawn(number, seed, family, 0)
     is_object = d.numbers >= 0
     shore_a = np.array([specimen.shore_a for specimen in d.objects])
@@ -183,7 +189,7 @@ def _touch(
 def _context(
     rig: RandomRig, blocks: list[float], days: list[Day], rng: Rng
 ) -> tuple[tuple[NDArray[np.int16], Values], Values]:
-    """Simulate block pinches of a rig. Return their signals, closing speeds, m/s, and Shore A."""
+    """Simulate a rig's pinches of blocks. Return ((signals, closing speeds, m/s), Shore A)."""
     each = int(rng.integers(*CONTEXT))
     signals, speeds, levels = [], [], []
     for shore_a in blocks:
@@ -249,7 +255,7 @@ def _example_set(d: _Drawn) -> Examples:
 
 
 def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
-    """Return indices of a random share of the pinches of each Shore A, but at least two."""
+    """Return indices of a random share of the pinches of each Shore A, at least two of each."""
     chosen = []
     for level in np.unique(shore_a):
         members = rng.permutation(np.flatnonzero(shore_a == level))
@@ -260,7 +266,7 @@ def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
     """Return closing speeds and object radii as inputs of the network, shape (n, HINTS).
 
-    ``speed`` is ln(speed / the rig's usual speed), ``alike`` the confidence in it, and ``radii``
+    ``speed`` is ln(speed / the rig's usual speed), and ``alike`` the confidence in it. ``radii``
     are in m; NaN if unknown.
     """
     believed = alike > touch_constants().believed
@@ -288,7 +294,10 @@ RIGS_PER_FILE = 50
 def example_set(
     folder: Path, first: int, rigs: int, seed: int, runner: Runner, again: int = 0
 ) -> Examples:
-    """Return the examples of ``rigs`` random rigs, the first of which has the number ``first``."""
+    """Return the examples of ``rigs`` random rigs, numbered from ``first`` on.
+
+    Those that are already in ``folder`` are not simulated again.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     parts = [
         (at, min(RIGS_PER_FILE, first + rigs - at))

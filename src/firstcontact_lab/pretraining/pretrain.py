@@ -68,10 +68,11 @@ class Size:
 def pretrain(
     out: Path, work: Path, size: Size, seed: int, runner: Runner, say: Callable[[str], object]
 ) -> RigModel:
-    """Pre-train the network, or resume a stopped pre-training.
+    """Pre-train the network, or resume a stopped pre-training. Return the model.
 
     Several full networks (teachers) are trained with other random numbers on the same rigs. The
     compact network learns the mean of their distributions, so it depends less on the luck of one.
+    ``out`` is the folder of the model, ``work`` that of intermediate files.
     """
     torch.set_num_threads(1)  # the number of threads decides the last bits of sums
     examples = example_set(work, TRAINED, size.rigs, seed, runner)
@@ -101,7 +102,7 @@ def pretrain(
 
 
 def _teacher(number: int, work: Path, size: Size, seed: int) -> Full:
-    """Train one full network, or resume its training. The files of the examples must exist."""
+    """Train full network ``number``, or resume its training. The example files must exist."""
     torch.set_num_threads(1)
     examples = example_set(work, TRAINED, size.rigs, seed, Serial())
     state = work / f"training-v{DRAWN}-{seed}-{size.rigs}-{size.epochs}-{number}.pt"
@@ -111,7 +112,7 @@ def _teacher(number: int, work: Path, size: Size, seed: int) -> Full:
 def all_scores(
     model: RigModel, work: Path, size: Size, seed: int, runner: Runner
 ) -> Mapping[str, Mapping[str, Any]]:
-    """Return scores on other random rigs, on rigs with other mechanics, and of pooled pinches."""
+    """Return the model's scores on other random rigs, on other families, and of pooled pinches."""
     scores: dict[str, Mapping[str, Any]] = {}
 
     def judge(title: str, first: int, rigs: int, family: str = "") -> None:
@@ -130,7 +131,11 @@ def all_scores(
 
 
 def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
-    """Return RMSE, bias, coverage and interval width by time, from :func:`object_errors`."""
+    """Return RMSE, bias, coverage and interval width by time, ms.
+
+    ``errors`` are those of one model from :func:`object_errors`. ``factors`` lead from standard
+    deviations to half widths.
+    """
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():
         stage = int(Rig.stage_index(samples))

@@ -1,4 +1,4 @@
-"""Full network in PyTorch and its training, which can be resumed after a stop."""
+"""Full network in PyTorch, and its training, which can be stopped and resumed."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ class TorchNetwork(nn.Module):
     def forward(
         self, x: torch.Tensor, tokens: torch.Tensor, present: torch.Tensor, general: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return a mixture of normal distributions of the scaled Shore A for each contact.
+        """Return each contact's scaled Shore A as a mixture of normal distributions.
 
-        Returned are logarithms of the weights, means, and logarithms of the standard deviations.
+        The result is (logarithms of the weights, means, logarithms of the standard deviations).
         """
         return self.predict(x, self.encoded(tokens), present, general)
 
@@ -65,7 +65,7 @@ class TorchNetwork(nn.Module):
     def predict(
         self, x: torch.Tensor, e: torch.Tensor, present: torch.Tensor, general: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return the same as :meth:`forward` for features of blocks that are encoded already."""
+        """Return the mixtures of :meth:`forward`, given blocks ``e`` that are already encoded."""
         silu, layers, n = nn.functional.silu, self.layers, len(x)
         count = present.sum(1, keepdim=True).clamp(min=1)
         mean = (layers["mean"](e) * present[..., None]).sum(1) / count
@@ -101,13 +101,16 @@ class Full:
     scales: Mapping[str, NDArray[np.float32]]
 
     def scaled(self, name: str, x: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return inputs of the network in standard deviations from their mean."""
+        """Return inputs of the network, minus their mean, in standard deviations.
+
+        ``name`` is that of the input.
+        """
         out: NDArray[np.float32] = (x - self.scales[f"{name}.mean"]) / self.scales[f"{name}.sd"]
         return out
 
 
 class Training:
-    """Training that can be resumed. Its state is saved after each pass over the examples."""
+    """Training of a full network. It is saved after each pass over the examples, to be resumed."""
 
     def __init__(self, examples: Examples, epochs: int, seed: int, state: Path) -> None:
         torch.manual_seed(seed)
@@ -123,7 +126,10 @@ class Training:
             self._go_on()
 
     def run(self, progress: Callable[[int, float], object] = lambda epoch, loss: None) -> Full:
-        """Run the remaining passes. After each, call ``progress`` with its number and mean loss."""
+        """Run the remaining passes over the examples, and return the network.
+
+        After each pass, call ``progress`` with its number and mean loss.
+        """
         for epoch in range(self._done, self._epochs):
             losses = []
             lots = list(self._order(epoch))
@@ -188,7 +194,7 @@ def expected_loss(
     targets: torch.Tensor,
     weights: torch.Tensor,
 ) -> torch.Tensor:
-    """Return the mean loss of predicted mixtures: squared error minus log-likelihood, weighted."""
+    """Return the weighted mean loss of predicted mixtures: squared error minus log-likelihood."""
     weight, mean, spread = (part[:, None] for part in outputs)
     away = (targets[..., None] - mean) / spread.exp()
     likelihood = torch.logsumexp(weight - spread - 0.5 * away * away, 2)
@@ -197,14 +203,17 @@ def expected_loss(
 
 
 def rate_share(gone: float) -> float:
-    """Return the learning rate relative to ``RATE`` after the share ``gone`` of the training."""
+    """Return the learning rate as a share of ``RATE``.
+
+    ``gone`` is the finished share of training.
+    """
     if gone < WARM_UP:
         return 0.04 + 0.96 * gone / WARM_UP
     return 0.5 * (1 + math.cos(math.pi * min((gone - WARM_UP) / (1 - WARM_UP), 1.0)))
 
 
 def input_scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
-    """Return mean and standard deviation of each network input over some of the examples."""
+    """Return mean and standard deviation of each input of the network, over some contacts."""
     rng = np.random.default_rng([seed, 0, 0, 1])
     indices = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))
     batch = draw_batch(examples, indices, rng)

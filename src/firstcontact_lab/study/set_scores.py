@@ -112,7 +112,7 @@ Firsts = list[Contact | None]
 
 
 class DetectorScores(Record, frozen=True, kw_only=True):
-    """Scores of the first contact that a detector reports in each pinch."""
+    """Scores of a detector by the first contact that it reports in each pinch."""
 
     n: int
     placed_2_ms: float
@@ -187,9 +187,10 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
 def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """Return the first contact detected in each pinch, and the detectors trained for that.
+    """Return the first detected contact of each pinch, and the detectors trained to find it.
 
-    No detector was trained on pinches of the same specimen.
+    ``training`` selects the pinches to train on, never those of the same specimen. Labels may be
+    ``early`` s too late.
     """
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
@@ -240,7 +241,7 @@ def _scored(
 
 
 def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
-    """Return the number of false alarms in noise. Successive windows that fire are one alarm."""
+    """Return the number of false alarms in noise. Consecutive windows that fire are one alarm."""
     alarms = 0
     for number, block in enumerate(noise):
         numbered = Block(block.data, block.first_sample, number)
@@ -252,7 +253,7 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
 
 
 def _description(recorded_set: RealSet) -> SetResults:
-    """Return the description of a set: sensor, sizes, and scores of an earlier study."""
+    """Return the results of a set without detectors: sensor, sizes, scores of an earlier study."""
     order = real = None
     if recorded_set.study:
         order = recorded_set.study[HARDNESS]

@@ -210,7 +210,10 @@ _STIFFNESS = (
 
 
 def stiffness_curves(subjects: Subjects) -> Figure | None:
-    """Return a figure of errors over time for sets with a stiffness and for the twin, or None."""
+    """Return a figure of errors over time, for the twin and all sets with a stiffness.
+
+    It is None if no set has a stiffness.
+    """
     found = {name: s for name, results in subjects.items() if (s := results[STIFFNESS])}
     return time_figure(found, YARDSTICKS) if set(found) - {TWIN_CURVE} else None
 

@@ -47,7 +47,7 @@ class Timed:
 
     @property
     def uninterrupted(self) -> NDArray[np.float64]:
-        """Durations of the uninterrupted calls, µs. If all were interrupted, those of all calls."""
+        """Durations of the calls that were not interrupted, µs; of all calls if each was."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
 

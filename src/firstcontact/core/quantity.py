@@ -37,7 +37,8 @@ class Quantity:
     is_clipped
         True if prediction intervals are cut at ``least`` and ``most``.
     units
-        Factors that convert to ``unit``, by the name in lower case of each unit in a table.
+        Factors that convert to ``unit``, by the name in lower case of each unit in a table. A name
+        with a capital letter is looked up first, as it is. 0 refuses a unit: mPa is not MPa.
 
     Examples
     --------
@@ -126,7 +127,7 @@ MODULUS = Quantity(
     1e-4,
     1e6,
     True,
-    units={"mpa": 1.0, "n/mm2": 1.0, "n/mm^2": 1.0, "kpa": 1e-3, "gpa": 1e3, "pa": 1e-6},
+    units={"mPa": 0, "mpa": 1.0, "n/mm2": 1.0, "n/mm^2": 1.0, "kpa": 1e-3, "gpa": 1e3, "pa": 1e-6},
 )
 STIFFNESS = Quantity(
     "stiffness_n_per_mm",

@@ -25,7 +25,7 @@ MOST_SWING = {VOLTS: 100.0, "m/s2": 2e6, "Pa": 1e7, "full scale": 2.1}
 #: Most bits of a converter.
 MOST_BITS = 32
 
-_PREFIXES = {"n": 1e-9, "u": 1e-6, "\u03bc": 1e-6, "m": 1e-3, "k": 1e3}
+_PREFIXES = {"n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3}
 _PREFIXES |= {"nano": 1e-9, "micro": 1e-6, "milli": 1e-3, "kilo": 1e3, "": 1.0}
 #: Spellings of each unit, in lower case, with the unit's name and size.
 _UNITS = {
@@ -70,9 +70,15 @@ VOLT = Unit(VOLTS)
 COUNTS = converter(ADC_COUNTS.bit_length() - 1, ADC_VOLTS, is_assumed=True)
 
 
+def plain_unit(text: str) -> str:
+    """Return the text of a unit without brackets and with plain letters: "u" for a Greek mu."""
+    plain = unicodedata.normalize("NFKC", text).replace("\u03bc", "u")
+    return " ".join(plain.strip().strip("()[]").split())
+
+
 def parse_unit(text: str) -> Unit | None:
     """Return the unit that a text names; None if it is unknown."""
-    text = " ".join(unicodedata.normalize("NFKC", text).strip().strip("()[]").split())
+    text = plain_unit(text)
     lower = text.lower()
     if lower in _COUNTS:
         return COUNTS

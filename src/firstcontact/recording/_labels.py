@@ -35,6 +35,7 @@ from firstcontact.core.pinch import FASTEST, SLOWEST
 from firstcontact.core.quantity import MODULUS, PHYSICAL, QUANTITIES, RANK, SHORE_A, STIFFNESS
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import parse_float
+from firstcontact.core.units import plain_unit
 from firstcontact.recording.dataset import pause_between, shifted
 from firstcontact.recording.messages import SOURCES
 from firstcontact.recording.table import Table
@@ -254,10 +255,9 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
     Numbers are converted from the unit in the column's header.
     """
     unit, factors = table.units.get(name), _UNITS.get(name, {})
-    # Lower case, but for a prefix: mPa is not MPa.
-    usual_unit = (unit or "").replace("µ", "u").replace("μ", "u").lower() if unit != "mPa" else unit
-    factor = 1.0 if unit is None else factors.get(usual_unit)
-    if factor is None:
+    spelling = plain_unit(unit or "")
+    factor = 1.0 if unit is None else factors.get(spelling, factors.get(spelling.lower()))
+    if not factor:
         usual = QUANTITIES[name].unit if name in QUANTITIES else next(iter(factors), "")
         known = f"the unit {usual}" if usual else "numbers without a unit"
         raise FileError(

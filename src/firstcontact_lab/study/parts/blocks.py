@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -316,10 +317,20 @@ _CAPTIONS = {
 }
 
 
-def able(slow: bool) -> list[str]:
-    """Return the names of the installed estimators that train slowly, or with False the others."""
-    entries = window_estimators().items()
-    return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
+def steps_by_speed(
+    title: str, measure: Callable[..., PartResult], cost: float, slow_cost: float
+) -> list[Step]:
+    """Return two steps of a measurement of the installed estimators: slow ones in the second."""
+
+    def run(is_slow: bool, subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+        kinds = window_estimators().items()
+        able = [n for n, k in kinds if k.slow == is_slow and not missing_modules(k.modules)]
+        return measure(subject, settings, runner, able)
+
+    return [
+        Step(title, partial(run, False), cost=cost),
+        Step(f"{title}, slow estimators", partial(run, True), late=True, cost=slow_cost),
+    ]
 
 
 def block_table(
@@ -364,19 +375,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 PART = Part(
     "blocks",
     "Discrimination and regression",
-    [
-        Step(
-            "blocks",
-            lambda s, settings, runner: blocks(s, settings, runner, able(slow=False)),
-            cost=30,
-        ),
-        Step(
-            "blocks, slow estimators",
-            lambda s, settings, runner: blocks(s, settings, runner, able(slow=True)),
-            late=True,
-            cost=55,
-        ),
-    ],
+    steps_by_speed("blocks", blocks, 30, 55),
     lambda subjects: (
         "One 15 ms window predicts which of the blocks was touched (discrimination), and its "
         "Shore A (regression). Pale lines are baselines."

@@ -37,8 +37,8 @@ from firstcontact_lab.report.tables import (
     lifted,
     matrix,
 )
-from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
-from firstcontact_lab.study.parts.blocks import WindowCounts, able
+from firstcontact_lab.study.part import Part, StudySettings, Subject, Subjects, distinct
+from firstcontact_lab.study.parts.blocks import WindowCounts, steps_by_speed
 from firstcontact_lab.study.scores import MeanErrors, learns_one_value, over_objects, unseen_objects
 
 
@@ -239,19 +239,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 PART = Part(
     "objects",
     "Unseen objects",
-    [
-        Step(
-            "objects",
-            lambda s, settings, runner: objects(s, settings, runner, able(slow=False)),
-            cost=5,
-        ),
-        Step(
-            "objects, slow estimators",
-            lambda s, settings, runner: objects(s, settings, runner, able(slow=True)),
-            late=True,
-            cost=6,
-        ),
-    ],
+    steps_by_speed("objects", objects, 5, 6),
     tables=[object_table],
     rows=_rows,
 )

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset, Label
+from firstcontact.core import ArgumentError, Contact, Dataset, Label
 from firstcontact.core.layout import FINGERTIP_WINDOW
+from firstcontact.core.quantity import QUANTITIES, Quantity
 from firstcontact.models.touches import Touches
 from firstcontact.models.values import Values, Windows
 from firstcontact.signal import contact_windows
@@ -138,6 +139,37 @@ def label_windows(
         dataset.test[positions],
         positions,
         dataset.layout.rate,
+    )
+
+
+def cut_windows(
+    dataset: Dataset, contacts: Sequence[Contact | None], length: float, is_scaled: bool
+) -> LabelledWindows:
+    """Return the windows after contacts, ``length`` s, with the values that the labels state.
+
+    ``is_scaled`` puts the values on the scale of their quantity. Raises ArgumentError for fewer
+    than 2 windows.
+    """
+    quantity = stated_quantity(dataset)
+    values = dataset.label_values(quantity)
+    values = quantity.scaled(values) if is_scaled else values
+    cut = labelled_windows(dataset, contacts, length, values)
+    if len(cut) < 2:
+        raise ArgumentError(
+            f"only {len(cut)} of {len(dataset)} pinches have a contact, {1e3 * length:g} ms of "
+            f"signal after it and a label {quantity.name}: record or import 2 or more such pinches",
+            parameter="data",
+        )
+    return cut
+
+
+def stated_quantity(dataset: Dataset) -> Quantity:
+    """Return the quantity that the labels state. Raise InputError if it is none, or several."""
+    if quantity := dataset.quantity:
+        return quantity
+    raise ArgumentError(
+        f"no pinch has a label {', '.join(QUANTITIES)}: record or import pinches with one of them",
+        parameter="data",
     )
 
 

@@ -15,7 +15,7 @@ from firstcontact.contact.detector_file import is_pretrained
 from firstcontact.core import ArgumentError, Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.physics import is_same_rate
-from firstcontact.core.quantity import PHYSICAL, QUANTITIES, Quantity
+from firstcontact.core.quantity import PHYSICAL
 from firstcontact.core.records import LONGEST_NAME, to_tree
 from firstcontact.core.text import counted
 from firstcontact.jobs import Runner, parallel, worker_count
@@ -32,9 +32,9 @@ from firstcontact.models.estimator import AnytimeEstimator, Estimator
 from firstcontact.models.labelled_data import (
     DURATION,
     LabelledTouches,
-    LabelledWindows,
+    cut_windows,
     distinct_specimens,
-    labelled_windows,
+    stated_quantity,
 )
 from firstcontact.models.model import Model, require_dataset, shipped_model
 from firstcontact.models.model_file import SavedPredictor, pretrained
@@ -158,11 +158,14 @@ def _train_windows(
 ) -> tuple[list[SavedPredictor], list[str]]:
     """Train a model for each window length. Return predictors, and sentences on their scores."""
     is_scaled = plan.task is Task.REGRESSION
-    cuts = [(length, _cut(dataset, aligned, length, is_scaled)) for length in plan.durations]
+    cuts = [
+        (length, cut_windows(dataset, aligned.contacts, length, is_scaled))
+        for length in plan.durations
+    ]
     predictors: list[SavedPredictor] = []
     sentences = []
     for length, cut in cuts:
-        quantity = _quantity(dataset)
+        quantity = stated_quantity(dataset)
         final = train_final_model(
             cut, plan.estimator, plan.task, plan.seed, plan.level, runner, quantity.limits
         )
@@ -360,32 +363,8 @@ def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]
     return resampled, list(resampled.notes[len(dataset.notes) :])
 
 
-def _cut(dataset: Dataset, aligned: Alignment, length: float, is_scaled: bool) -> LabelledWindows:
-    quantity = _quantity(dataset)
-    values = dataset.label_values(quantity)
-    values = quantity.scaled(values) if is_scaled else values
-    cut = labelled_windows(dataset, aligned.contacts, length, values)
-    if len(cut) < 2:
-        raise ArgumentError(
-            f"only {len(cut)} of {len(dataset)} pinches have a contact, {1e3 * length:g} ms of "
-            f"signal after it and a label {quantity.name}: record or import 2 or more such pinches",
-            parameter="data",
-        )
-    return cut
-
-
-def _quantity(dataset: Dataset) -> Quantity:
-    """Return the quantity that the labels state. Raise InputError if it is none, or several."""
-    if quantity := dataset.quantity:
-        return quantity
-    raise ArgumentError(
-        f"no pinch has a label {', '.join(QUANTITIES)}: record or import pinches with one of them",
-        parameter="data",
-    )
-
-
 def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: int) -> TrainingData:
-    quantity = _quantity(dataset)
+    quantity = stated_quantity(dataset)
     values = dataset.label_values(quantity)
     has_value = np.isfinite(values)
     names = _names(dataset.objects[has_value & (dataset.objects != "")])

@@ -3,7 +3,8 @@
 import subprocess
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,47 +24,57 @@ from firstcontact.export.hand_image import HandImage
 from firstcontact.twin import TwinStream
 from firstcontact.twin.sensor import DeviceFilter
 
+Scans = NDArray[np.uint16]
+Images = tuple[HandImage, HandImage]
 SAMPLES = 12 * 4936
 #: Bytes of a slot's head, of a page and of a sector of the flash.
 HEAD, PAGE, SECTOR = 16, 256, 4096
 
 
-@pytest.fixture
-def flash(tmp_path: Path) -> tuple[str, str]:
-    """Return the options of a board with its own flash file."""
-    return "--flash", str(tmp_path / "flash")
-
-
 @pytest.fixture(scope="module")
-def scans() -> NDArray[np.uint16]:
+def scans() -> Scans:
     return TwinStream(seed=4).read(SAMPLES)
 
 
+@dataclass(frozen=True)
+class Board:
+    """Simulated board with the sketch and a flash file."""
+
+    sketch: Path
+    flash: Path
+
+    def running(self, *options: str) -> AbstractContextManager[Running]:
+        return running(self.sketch, "--flash", str(self.flash), *options)
+
+    @contextmanager
+    def started(self, *options: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+        """Start the board, which may stop early. Yield its port and its process."""
+        command = [self.sketch, "--scans", "-", "--flash", self.flash, *options]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+            yield process.stdout.readline().decode().strip(), process
+            process.kill()
+
+    def put(self, *images: HandImage, options: Sequence[str] = ()) -> None:
+        with self.running(*options) as device:
+            for image in images:
+                assert flash_model(device.path, image.data) == image.digest
+
+    @property
+    def model(self) -> str | None:
+        """Digest of the active model after the next start."""
+        with self.running() as device, Host(device.path) as host:
+            text = protocol.read_descriptor(host.hello().payload)[2]
+        predictor = Descriptor.from_text(text).predictor
+        return None if predictor is None else predictor.model
+
+
+@pytest.fixture
+def board(sketch: Path, tmp_path: Path) -> Board:
+    return Board(sketch, tmp_path / "flash")
+
+
 @contextmanager
-def started(sketch: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
-    """Start the sketch on a simulated board; it may exit early. Yield its port and its process."""
-    command = [sketch, "--scans", "-", *options]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        yield process.stdout.readline().decode().strip(), process
-        process.kill()
-
-
-def put(sketch: Path, image: HandImage, *options: str, previous: Sequence[HandImage] = ()) -> None:
-    with running(sketch, *options) as device:
-        for one in (*previous, image):
-            assert flash_model(device.path, one.data) == one.digest
-
-
-def active_model(sketch: Path, *options: str) -> str | None:
-    """Return the digest of the board's active model after its next start."""
-    with running(sketch, *options) as device, Host(device.path) as host:
-        text = protocol.read_descriptor(host.hello().payload)[2]
-    predictor = Descriptor.from_text(text).predictor
-    return None if predictor is None else predictor.model
-
-
-@contextmanager
-def feeding(device: Running, scans: NDArray[np.uint16]) -> Iterator[None]:
+def feeding(device: Running, scans: Scans) -> Iterator[None]:
     """Feed the scans in a thread, because the pipe blocks until the device reads."""
     thread = threading.Thread(target=device.feed, args=(scans,))
     thread.start()
@@ -71,7 +82,7 @@ def feeding(device: Running, scans: NDArray[np.uint16]) -> Iterator[None]:
     thread.join()
 
 
-def streamed(device: Running, scans: NDArray[np.uint16]) -> list[protocol.Frame]:
+def streamed(device: Running, scans: Scans) -> list[protocol.Frame]:
     """Return the frames of a stream with these scans."""
     with Host(device.path) as host:
         host.hello()
@@ -117,10 +128,10 @@ def lines(path: Path) -> list[str]:
     return sorted(written, key=lambda line: line[0] not in "CW")
 
 
-def test_sketch_without_a_model_streams(sketch: Path, flash: tuple[str, str]) -> None:
+def test_sketch_without_a_model_streams(board: Board) -> None:
     scans = random_scans(1003, 1)
-    assert active_model(sketch, *flash) is None
-    with running(sketch, *flash) as device, Host(device.path) as host:
+    assert board.model is None
+    with board.running() as device, Host(device.path) as host:
         host.send(FrameType.START)
         assert host.mark()[0] == 0
         device.feed(scans)
@@ -131,14 +142,10 @@ def test_sketch_without_a_model_streams(sketch: Path, flash: tuple[str, str]) ->
 
 
 def test_model_survives_a_power_cut_and_predicts_as_live_does(
-    sketch: Path,
-    flash: tuple[str, str],
-    scans: NDArray[np.uint16],
-    images: tuple[HandImage, HandImage],
-    tmp_path: Path,
+    board: Board, scans: Scans, images: Images, tmp_path: Path
 ) -> None:
-    put(sketch, images[0], *flash, previous=images)
-    with running(sketch, *flash, "--serial1", str(tmp_path / "lines")) as device:
+    board.put(*images, images[0])
+    with board.running("--serial1", str(tmp_path / "lines")) as device:
         device_says = predictions(streamed(device, scans))
     host = of_chain(chain_events(images[0], DeviceFilter().update(scans)))
     assert len(host.contacts) >= 5
@@ -148,17 +155,13 @@ def test_model_survives_a_power_cut_and_predicts_as_live_does(
 
 
 def test_sketch_predicts_without_a_computer(
-    sketch: Path,
-    flash: tuple[str, str],
-    scans: NDArray[np.uint16],
-    images: tuple[HandImage, HandImage],
-    tmp_path: Path,
+    board: Board, scans: Scans, images: Images, tmp_path: Path
 ) -> None:
-    put(sketch, images[0], *flash)
+    board.put(images[0])
     (tmp_path / "scans").write_bytes(scans.astype("<u2").tobytes())
-    alone = ("--scans", str(tmp_path / "scans"), "--unread", "yes")
-    alone += ("--serial1", str(tmp_path / "lines"))
-    subprocess.run([sketch, *flash, *alone], check=True, timeout=60, capture_output=True)
+    alone = ["--flash", str(board.flash), "--scans", str(tmp_path / "scans"), "--unread", "yes"]
+    alone += ["--serial1", str(tmp_path / "lines")]
+    subprocess.run([board.sketch, *alone], check=True, timeout=60, capture_output=True)
     host = of_chain(chain_events(images[0], DeviceFilter().update(scans)))
     written = lines(tmp_path / "lines")
     assert [line for line in written if line[0] in "CW"] == expected_lines(
@@ -169,18 +172,14 @@ def test_sketch_predicts_without_a_computer(
 
 
 def test_host_that_stops_reading_delays_nothing(
-    sketch: Path,
-    flash: tuple[str, str],
-    scans: NDArray[np.uint16],
-    images: tuple[HandImage, HandImage],
-    tmp_path: Path,
+    board: Board, scans: Scans, images: Images, tmp_path: Path
 ) -> None:
     """Serial1 gets the same lines although the USB line is full."""
-    put(sketch, images[0], *flash)
-    with running(sketch, *flash, "--serial1", str(tmp_path / "heard")) as device:
+    board.put(images[0])
+    with board.running("--serial1", str(tmp_path / "heard")) as device:
         streamed(device, scans)
-    options = (*flash, "--serial1", str(tmp_path / "unheard"), "--unread", "yes")
-    with started(sketch, *options) as (path, process), Host(path) as host:
+    options = "--serial1", str(tmp_path / "unheard"), "--unread", "yes"
+    with board.started(*options) as (path, process), Host(path) as host:
         host.hello()
         host.send(FrameType.START)
         assert host.mark()[0] == 0
@@ -198,28 +197,24 @@ def operations(image: HandImage) -> int:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
-def test_power_cut_leaves_the_old_model(
-    sketch: Path, flash: tuple[str, str], images: tuple[HandImage, HandImage], share: float
-) -> None:
+def test_power_cut_leaves_the_old_model(board: Board, images: Images, share: float) -> None:
     """The power fails while a sector is erased, during a write, or while the head is written."""
     old, new = images
-    put(sketch, old, *flash)
+    board.put(old)
     cut = 1 + round(share * (operations(new) - 1))
-    with started(sketch, *flash, "--cut", str(cut)) as (path, process):
+    with board.started("--cut", str(cut)) as (path, process):
         with pytest.raises(InputError, match="/"):
             flash_model(path, new.data)
         assert process.wait(60) == 3
-    assert active_model(sketch, *flash) == old.digest
-    put(sketch, new, *flash, "--cut", str(operations(new) + 1))
-    assert active_model(sketch, *flash) == new.digest
+    assert board.model == old.digest
+    board.put(new, options=["--cut", str(operations(new) + 1)])
+    assert board.model == new.digest
 
 
-def test_samples_missed_during_a_write_keep_their_numbers(
-    sketch: Path, flash: tuple[str, str], images: tuple[HandImage, HandImage]
-) -> None:
+def test_samples_missed_during_a_write_keep_their_numbers(board: Board, images: Images) -> None:
     """The n-th scan belongs to the n-th period since the start, even if some were missed."""
     scans = random_scans(200_000, 2)
-    with running(sketch, *flash) as device:
+    with board.running() as device:
         with feeding(device, scans[:-1000]):
             flash_model(device.path, images[0].data)
             with Host(device.path) as host:
@@ -234,14 +229,11 @@ def test_samples_missed_during_a_write_keep_their_numbers(
 
 
 def test_late_estimate_is_skipped_and_counted_and_no_sample_is_lost(
-    sketch: Path,
-    flash: tuple[str, str],
-    scans: NDArray[np.uint16],
-    images: tuple[HandImage, HandImage],
+    board: Board, scans: Scans, images: Images
 ) -> None:
     """Here each reading of the clock takes 0.9 ms, and each estimate reads it twice."""
-    put(sketch, images[0], *flash)
-    with running(sketch, *flash, "--busy-us", "900") as device:
+    board.put(images[0])
+    with board.running("--busy-us", "900") as device:
         frames = streamed(device, scans)
     assembler = Assembler()
     device_says = of_device(assembler.take(frames).predictions)
@@ -256,14 +248,11 @@ def test_late_estimate_is_skipped_and_counted_and_no_sample_is_lost(
 
 
 def test_very_late_estimates_miss_samples_that_are_still_sent(
-    sketch: Path,
-    flash: tuple[str, str],
-    scans: NDArray[np.uint16],
-    images: tuple[HandImage, HandImage],
+    board: Board, scans: Scans, images: Images
 ) -> None:
     """Here an estimate takes 0.12 s, which is longer than the buffer of waiting samples."""
-    put(sketch, images[0], *flash)
-    with running(sketch, *flash, "--busy-us", "60000") as device:
+    board.put(images[0])
+    with board.running("--busy-us", "60000") as device:
         frames = streamed(device, scans)
     assembler = Assembler()
     messages = assembler.take(frames).predictions

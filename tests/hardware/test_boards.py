@@ -239,28 +239,28 @@ def test_track_ends_with_its_diagonal_part_and_cuts_corners() -> None:
     assert math.dist(*cut[1:3]) == pytest.approx(math.sqrt(2))
 
 
+def assert_committed(folder: Path, ending: str) -> None:
+    for name in LAYOUTS:
+        file = f"{name}/{name}.{ending}"
+        assert (folder / file).read_bytes() == (boards.FOLDER / file).read_bytes()
+
+
 def test_committed_projects_are_those_that_the_script_writes(tmp_path: Path) -> None:
     project.write_projects(tmp_path)
-    for name in LAYOUTS:
-        file = f"{name}/{name}.kicad_pro"
-        assert (tmp_path / file).read_bytes() == (boards.FOLDER / file).read_bytes()
+    assert_committed(tmp_path, "kicad_pro")
 
 
 def test_committed_schematics_are_those_that_the_script_writes(tmp_path: Path) -> None:
     script = Path(build_boards.HERE, "write_schematics.py")
     subprocess.run([sys.executable, script, "--out", tmp_path], check=True)
-    for name in LAYOUTS:
-        file = f"{name}/{name}.kicad_sch"
-        assert (tmp_path / file).read_text("utf-8") == (boards.FOLDER / file).read_text("utf-8")
+    assert_committed(tmp_path, "kicad_sch")
 
 
 @needs_kicad
 def test_committed_boards_are_those_that_the_script_writes(tmp_path: Path) -> None:
     script = Path(build_boards.HERE, "write_boards.py")
     subprocess.run([build_boards.KICAD_PYTHON, script, "--out", tmp_path], check=True)
-    for name in LAYOUTS:
-        file = f"{name}/{name}.kicad_pcb"
-        assert (tmp_path / file).read_text("utf-8") == (boards.FOLDER / file).read_text("utf-8")
+    assert_committed(tmp_path, "kicad_pcb")
 
 
 def test_another_version_of_kicad_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,8 +21,7 @@ from firstcontact.twin.mechanics import CONTACT_FORCE, FACE, INDENTATION, Finger
 from firstcontact.twin.objects import EVERYDAY_OBJECTS, TwinObject
 from firstcontact.twin.pinch import PinchJob, excerpt, simulate_pinches
 from firstcontact_lab.rigs import RIG_SPREAD, RandomRig, draw_object, draw_rig
-from firstcontact_lab.study.random_rigs import DELAY, MARGIN, draw_delay
-from firstcontact_lab.study.scores import NORMAL
+from firstcontact_lab.study.random_rigs import DELAY, EVERYDAY, MARGIN, OWN, RANDOM, draw_delay
 
 Values = NDArray[np.float64]
 #: Times after the first contact at which the squeeze is read, ms.
@@ -32,8 +31,9 @@ BEFORE = 0.045
 LENGTH = BEFORE + 1e-3 * SQUEEZES[-1] + 0.005
 #: Signal of the second finger that is used, s.
 SECOND = 0.008
-#: Shortest squeeze that is read, s.
+#: Shortest squeeze that is read, s, and so the longest time between the contacts.
 SHORTEST = 0.015
+LONGEST_GAP = 1e-3 * SQUEEZES[0] - SHORTEST
 #: Time over which positions and forces are averaged, as a share of the squeeze, and at most, s.
 SHARE, LONGEST = 0.1, 0.050
 #: Smallest travel, m, and smallest force, V, so that their logarithms exist.
@@ -42,8 +42,6 @@ LEAST_TRAVEL, LEAST_FORCE = 2e-4, 0.02
 RIDGE = 0.3
 #: Share of the intervals that should hold the true value.
 LEVEL = 0.9
-#: Uses of a pinch: blocks to learn from, and everyday and random objects to predict.
-OWN, EVERYDAY, RANDOM = "own", "everyday", "random"
 
 
 @dataclass(frozen=True)
@@ -75,14 +73,14 @@ class Grasps:
     second: Touches
     #: Time between the contacts, s, shape (n,).
     gaps: Values
-    #: Features by the hand's sensors and by exact ones, (times, n, features); NaN if too early.
+    #: Features by the hand's sensors and by exact ones, (times, n, features).
     squeezes: Values
     exact: Values
     shore_a: Values
     uses: NDArray[np.str_]
     sessions: NDArray[np.str_]
-    #: Number of pinches left out, because the second finger touches within 2 ms.
-    too_short: int
+    #: Number of pinches left out: the second finger touches within 2 ms, or too late for a squeeze.
+    left_out: int
 
 
 def grasps(seed: int, condition: str, sizes: Sizes, *, is_random: bool = False) -> Grasps:
@@ -92,11 +90,11 @@ def grasps(seed: int, condition: str, sizes: Sizes, *, is_random: bool = False) 
     """
     rng = generator(seed, condition, "grasps")
     jobs = list(_jobs(seed, condition, sizes, rng, is_random))
-    kept, too_short = [], 0
+    shortest, longest = Touches.lengths(_RATE)[0], round(LONGEST_GAP * _RATE)
+    kept = []
     for job, pinch in zip(jobs, simulate_pinches(jobs, LENGTH), strict=True):
         placed = [_placed(contact, rng) for contact in pinch.truth]
-        if len(placed) < 2 or placed[1].sample - placed[0].sample < Touches.lengths(_RATE)[0]:
-            too_short += 1
+        if len(placed) < 2 or not shortest <= placed[1].sample - placed[0].sample <= longest:
             continue
         assert isinstance(job.positions, _Sensors)
         found = replace(pinch, truth=tuple(placed))
@@ -113,7 +111,7 @@ def grasps(seed: int, condition: str, sizes: Sizes, *, is_random: bool = False) 
         np.array([label.shore_a for label in labels]),
         np.array([label.session.rpartition("-")[0] for label in labels]),
         np.array([label.session for label in labels]),
-        too_short,
+        len(jobs) - len(kept),
     )
 
 
@@ -184,22 +182,31 @@ def _touches(pinches: Sequence[Pinch], place: int) -> Touches:
 def _squeezes(pinch: Pinch, sensors: _Sensors) -> tuple[Values, Values]:
     """Return the features of a squeeze by the hand's sensors, and by exact ones."""
     first, second = (contact.sample for contact in pinch.truth)
+    times, positions = np.array(sensors.since(-1.0)).T
+    exact = []
+    for ms in SQUEEZES:
+        now = first + round(1e-3 * ms * _RATE)
+        recent = slice(now - round(_window(now - second, LONGEST * _RATE)), now)
+        compression = max(float(sensors.compression[recent].mean()), LEAST_TRAVEL)
+        exact.append([np.log(max(float(sensors.force[recent].mean()), 0.1) / compression)])
+    measured = [pinch_squeeze(pinch, times, positions, ms) for ms in SQUEEZES]
+    return np.array(measured), np.array(exact)
+
+
+def pinch_squeeze(pinch: Pinch, times: Values, positions: Values, ms: float) -> Values:
+    """Return the features of a squeeze, ``ms`` after the first contact, by the hand's sensors.
+
+    ``positions`` (m) are those of the hand at ``times`` (s from the pinch's first sample). A
+    recording of a driven hand has them: ``pinch.group("hand")``.
+    """
+    rate = pinch.layout.rate
+    first, second = (contact.sample - pinch.first_sample for contact in pinch.truth)
     cells = pinch.layout.physical(pinch.data, pinch.layout.columns(ChannelKind.FORCE)).sum(axis=1)
     cells = cells - cells[:first].mean()
-    times, positions = np.array(sensors.since(-1.0)).T
-    every = np.arange(len(cells)) / _RATE
-    measured = np.full((len(SQUEEZES), len(FEATURES)), np.nan)
-    exact = np.full((len(SQUEEZES), 1), np.nan)
-    for row, ms in enumerate(SQUEEZES):
-        now = first + round(1e-3 * ms * _RATE)
-        if now - second >= SHORTEST * _RATE:
-            measured[row] = squeeze_features(
-                times, positions, every, cells, second / _RATE, now / _RATE
-            )
-            recent = slice(now - round(_window(now - second, LONGEST * _RATE)), now)
-            compression = max(float(sensors.compression[recent].mean()), LEAST_TRAVEL)
-            exact[row] = np.log(max(float(sensors.force[recent].mean()), 0.1) / compression)
-    return measured, exact
+    now = (first + round(1e-3 * ms * rate)) / rate
+    return squeeze_features(
+        times, positions, np.arange(len(cells)) / rate, cells, second / rate, now
+    )
 
 
 def _window(squeezed: float, longest: float) -> float:
@@ -236,23 +243,10 @@ class SqueezeScale:
     middle: Values
     scale: Values
     weights: Values
-    #: RMSE on blocks of held-out sessions, Shore A.
-    error: float
 
     @classmethod
-    def fit(cls, features: Values, shore_a: Values, sessions: NDArray[np.str_]) -> Self:
-        made = cls._fit(features, shore_a)
-        errors = []
-        for session in np.unique(sessions):
-            is_out = sessions == session
-            held_out = cls._fit(features[~is_out], shore_a[~is_out]).predict(features[is_out])
-            errors.append(held_out - shore_a[is_out])
-        return replace(made, error=float(np.sqrt(np.mean(np.concatenate(errors) ** 2))))
-
-    @classmethod
-    def _fit(cls, features: Values, shore_a: Values) -> Self:
-        middle, scale = features.mean(axis=0), features.std(axis=0) + 1e-9
-        made = cls(middle, scale, np.zeros(0), np.nan)
+    def fit(cls, features: Values, shore_a: Values) -> Self:
+        made = cls(features.mean(axis=0), features.std(axis=0) + 1e-9, np.zeros(0))
         inputs = made._inputs(features)
         penalty = RIDGE * np.eye(inputs.shape[1])
         penalty[0, 0] = 0.0
@@ -262,113 +256,51 @@ class SqueezeScale:
     def predict(self, features: Values) -> Values:
         return np.clip(self._inputs(features) @ self.weights, *SHORE_A)
 
+    def evidence(self, features: Values) -> Values:
+        """Return the predictions and the standardised features, shape (1 + features, n)."""
+        return np.vstack([self.predict(features), ((features - self.middle) / self.scale).T])
+
     def _inputs(self, features: Values) -> Values:
         z = (features - self.middle) / self.scale
         return np.column_stack([np.ones(len(z)), z, z[:, 0] ** 2])
 
 
 class GraspLaw(Record, frozen=True, kw_only=True):
-    """Measured errors of the estimates of both fingers and of the squeeze, which weigh them.
+    """Linear correction of an estimate by later evidence, and the interval of the result.
 
-    Weights do not depend on the predicted spreads of a pinch: a small spread is often wrong on
-    objects unlike blocks. Intervals do. The error of the squeeze has a part that comes from the
-    object's structure and not from its hardness.
+    It is measured on hands and objects that are not scored. Evidence has the shape (n, inputs).
     """
 
-    #: Bias of the second finger's estimate per second between the contacts, and the time between
-    #: the contacts without bias, s.
-    drift: float
-    usual_gap: float
-    #: RMSE of the first and of the second finger, Shore A, and factors on their spreads.
-    errors: tuple[float, float]
-    scales: tuple[float, float]
-    #: Error of the squeeze that comes from the object's structure, Shore A: mean and deviation.
-    softer: float
-    structure: float
-    #: Correlations of the errors of first and second finger, first and squeeze, second and squeeze.
-    correlations: tuple[float, float, float]
-    #: Half width of the interval as a multiple of the spread, with two and three estimates.
-    factors: tuple[float, float] = (NORMAL, NORMAL)
-
-    def corrected(self, values: Values, gaps: Values) -> Values:
-        """Return estimates, shape (n, 3), without the bias of second finger and squeeze."""
-        bias = np.zeros_like(values)
-        bias[:, 1], bias[:, 2] = self.drift * (gaps - self.usual_gap), self.softer
-        return np.clip(values - bias, *SHORE_A)
-
-    def combine(self, values: Values, spreads: Values) -> tuple[Values, Values]:
-        """Average estimates, shape (n, 3) in the order of ``scales``; NaN stands for a missing one.
-
-        Return the averages and their standard deviations, (n,) each.
-        """
-        there = np.isfinite(values)
-        squeeze = np.hypot(spreads[:, 2], self.structure)
-        usual = np.column_stack([*np.broadcast_arrays(*self.errors, squeeze)])
-        predicted = np.column_stack([spreads[:, :2] * np.array(self.scales), squeeze])
-        weights = np.linalg.solve(self._covariance(usual, there), np.ones((len(values), 3, 1)))
-        weights = np.where(there, np.maximum(weights[..., 0], 0.0), 0.0)
-        weights /= weights.sum(axis=1, keepdims=True)
-        covariance = self._covariance(predicted, there)
-        variance = np.einsum("ni,nij,nj->n", weights, covariance, weights)
-        return (weights * np.where(there, values, 0.0)).sum(axis=1), np.sqrt(variance)
-
-    def _covariance(self, sd: Values, there: NDArray[np.bool_]) -> Values:
-        """Return the covariance of the errors, (n, 3, 3). Missing estimates correlate with none."""
-        both, first, second = self.correlations
-        shared = np.array([[1.0, both, first], [both, 1.0, second], [first, second, 1.0]])
-        sd = np.where(there, sd, 1.0)
-        is_pair = (there[:, :, None] & there[:, None, :]) | np.eye(3, dtype=bool)
-        return np.asarray(shared * is_pair * sd[:, :, None] * sd[:, None, :])
-
-    def sharpen(
-        self, values: Values, spreads: Values, gaps: Values, first: tuple[Values, Values, Values]
-    ) -> tuple[Values, Values, Values]:
-        """Return averages with the ends of their intervals, (n,) each.
-
-        ``first`` holds the estimates from the first finger, which remain where they are alone.
-        """
-        value, sd = self.combine(self.corrected(values, gaps), spreads)
-        used = np.isfinite(values)
-        half = sd * np.where(used[:, 2], self.factors[1], self.factors[0])
-        ends = (np.clip(value + sign * half, *SHORE_A) for sign in (-1, 1))
-        is_alone = ~used[:, 1:].any(axis=1)
-        low, high = ends
-        value, low, high = (
-            np.where(is_alone, alone, averaged)
-            for alone, averaged in zip(first, (value, low, high), strict=True)
-        )
-        return value, low, high
+    #: Means of the evidence, and correction for each unit above them, (inputs,).
+    means: list[float]
+    weights: list[float]
+    #: Correction where all evidence is at its mean, Shore A.
+    shift: float
+    #: Half width of the interval, as a multiple of the estimate's spread.
+    factor: float
 
     @classmethod
-    def measure(cls, values: Values, spreads: Values, gaps: Values, truth: Values) -> Self:
-        """Measure the law on pinches of known Shore A: estimates and spreads of shape (n, 3)."""
-        rows = np.isfinite(values).all(axis=1)
-        values, spreads, gaps, truth = values[rows], spreads[rows], gaps[rows], truth[rows]
-        errors = values - truth[:, None]
-        late = gaps - gaps.mean()
-        drift = float(late @ errors[:, 1] / (late @ late))
-        errors[:, 1] -= drift * late
-        softer = float(errors[:, 2].mean())
-        errors[:, 2] -= softer
-        first, second, squeeze = np.sqrt(np.mean(errors**2, axis=0)).tolist()
-        scales = np.sqrt(np.mean((errors[:, :2] / spreads[:, :2]) ** 2, axis=0)).tolist()
-        shared = np.mean(errors[:, :, None] * errors[:, None, :], axis=0)
-        sd = np.sqrt(np.diag(shared))
-        shared /= sd[:, None] * sd
-        on_blocks = float(np.mean(spreads[:, 2] ** 2))
-        law = cls(
-            drift=drift,
-            usual_gap=float(gaps.mean()),
-            errors=(first, second),
-            scales=(scales[0], scales[1]),
-            softer=softer,
-            structure=float(np.sqrt(max(squeeze**2 - on_blocks, 0.0))),
-            correlations=(float(shared[0, 1]), float(shared[0, 2]), float(shared[1, 2])),
-        )
-        values = law.corrected(values, gaps)
-        factors = []
-        for used in (2, 3):
-            kept = np.where(np.arange(3) < used, values, np.nan)
-            value, sd = law.combine(kept, spreads)
-            factors.append(float(np.quantile(np.abs(value - truth) / sd, LEVEL)))
-        return structs.replace(law, factors=(factors[0], factors[1]))
+    def measure(
+        cls, estimate: Values, spread: Values, evidence: Values, truth: Values, *, shifts: bool
+    ) -> Self:
+        """Measure the law on pinches of known Shore A, by least squares.
+
+        Without ``shifts`` the mean of the estimates remains: their own bias is not corrected.
+        """
+        means, errors = evidence.mean(axis=0), truth - estimate
+        shift = float(errors.mean()) if shifts else 0.0
+        weights = np.linalg.lstsq(evidence - means, errors - errors.mean())[0]
+        law = cls(means=means.tolist(), weights=weights.tolist(), shift=shift, factor=0.0)
+        left = np.abs(law.value(estimate, evidence) - truth) / spread
+        return structs.replace(law, factor=float(np.quantile(left, LEVEL)))
+
+    def value(self, estimate: Values, evidence: Values) -> Values:
+        corrections: Values = (evidence - np.array(self.means)) @ np.array(self.weights)
+        return np.clip(estimate + self.shift + corrections, *SHORE_A)
+
+    def predict(
+        self, estimate: Values, spread: Values, evidence: Values
+    ) -> tuple[Values, Values, Values]:
+        """Return corrected estimates and the ends of their intervals, (n,) each."""
+        value, half = self.value(estimate, evidence), self.factor * spread
+        return value, np.clip(value - half, *SHORE_A), np.clip(value + half, *SHORE_A)

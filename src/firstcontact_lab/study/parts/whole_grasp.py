@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,7 @@ from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import banded_line, canvas, uri
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table
 from firstcontact_lab.study.grasps import (
-    EVERYDAY,
-    OWN,
-    RANDOM,
+    LONGEST_GAP,
     SECOND,
     SQUEEZES,
     GraspLaw,
@@ -31,27 +29,26 @@ from firstcontact_lab.study.grasps import (
     grasps,
 )
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
-from firstcontact_lab.study.random_rigs import RigScores, rig_scores
-from firstcontact_lab.study.scores import NORMAL, predictions_by_time
+from firstcontact_lab.study.random_rigs import EVERYDAY, OWN, RANDOM, RigScores, rig_scores
+from firstcontact_lab.study.scores import predictions_by_time
 
 T = TypeVar("T")
 Values = NDArray[np.float64]
 #: Times after the first contact of the estimates from the first finger, ms, and all times.
 FIRST = (2, 3, 5, 8, 15)
 TIMES = (*FIRST, 25, *SQUEEZES)
-#: Seed of the first random hand that the law is measured on, and their number. None is scored.
+#: Seed of the first random hand that laws are measured on, and their number. None is scored.
 LAW_SEED, LAW_HANDS = 9201, 12
-#: Time of the squeeze at which the law is measured, ms.
-SETTLED = 200
 METHODS = {
     "first": "First finger",
     "fingers": "Both fingers",
+    "alike": "Both fingers, fitted to the same kinds of objects",
     "squeeze": "Squeeze (classical)",
     "sharpened": "All together",
     "exact": "Squeeze, exact sensors",
     "sharpened_exact": "All together, exact sensors",
 }
-_COLOURS = dict(zip(METHODS, (SKY, BLUE, ORANGE, GREEN, INK, INK), strict=True))
+_COLOURS = dict(zip(METHODS, (SKY, BLUE, BLUE, ORANGE, GREEN, INK, INK), strict=True))
 SCORES = ("rmse", "bias", "coverage", "width")
 USES = (EVERYDAY, RANDOM)
 KEYS = tuple(f"{use} {ms} {score}" for use in USES for ms in TIMES for score in SCORES)
@@ -62,36 +59,92 @@ class WholeGrasp(Record, frozen=True, kw_only=True):
 
     seeds: list[int]
     pinches: dict[str, int]
-    too_short: float
+    #: Share of the pinches without an estimate of both fingers and the squeeze, which are left out.
+    left_out: float
     #: Mean time from the first contact to the estimate with the second finger, ms.
     second_ms: float
-    law: GraspLaw
+    #: Error of the squeeze on objects, Shore A, by the scale of the hand's blocks alone: its mean.
+    softer: float
+    #: Correlation of the errors of both fingers.
+    correlation: float
+    #: Laws by method and time, measured on other hands: ``alike`` on everyday objects, the others
+    #: on random ones.
+    laws: dict[str, GraspLaw]
     methods: dict[str, RigScores]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Estimates:
-    """Estimates for the objects of one hand: value, spread, low and high, (times, 4, n)."""
+    """Estimates for objects: of the first finger with spread, low and high, (times, 4, n)."""
 
     first: Values
-    #: Values and spreads, (times, 2, n); NaN without an estimate.
     second: Values
+    #: Squeezes by the hand's sensors and by exact ones, relative to those of the hand's blocks,
+    #: (times, inputs, n). The first input is the Shore A of a block with that stiffness.
     squeeze: Values
     exact: Values
     gaps: Values
     shore_a: Values
     uses: NDArray[np.str_]
-    too_short: float
+    left_out: float
 
-    def stack(self, place: int, ms: int, *, exact: bool = False) -> tuple[Values, Values]:
-        """Return values and spreads, shape (n, 3), of what is known ``ms`` after the contact."""
-        out = np.full((2, len(self.gaps), 3), np.nan)
-        out[..., 0] = self.first[min(place, len(FIRST) - 1), :2]
+    def take(self, use: str) -> _Estimates:
+        rows = self.uses == use
+        cut: dict[str, Any] = {name: getattr(self, name)[..., rows] for name in _ARRAYS}
+        return replace(self, **cut)
+
+    def predict(
+        self, name: str, ms: int, laws: Mapping[str, GraspLaw]
+    ) -> tuple[Values, Values, Values]:
+        """Return values, low and high of a method, ``ms`` after the first contact."""
+        value, _, low, high = self.first[FIRST.index(ms) if ms in FIRST else -1]
+        if name == "first":
+            return value, low, high
+        if ms not in SQUEEZES and name != "alike":
+            name = "fingers"
+        law = laws[name if name in FINGERS else f"{name} {ms}"]
+        made = law.predict(*self.evidence(name, ms, laws))
         is_there = 1e3 * (self.gaps + SECOND) <= ms
-        out[..., 1] = np.where(is_there, self.second, np.nan)
-        if ms in SQUEEZES:
-            out[..., 2] = (self.exact if exact else self.squeeze)[SQUEEZES.index(ms)]
-        return out[0], out[1]
+        value, low, high = (
+            np.where(is_there, *pair) for pair in zip(made, (value, low, high), strict=True)
+        )
+        return value, low, high
+
+    def evidence(
+        self, name: str, ms: int, laws: Mapping[str, GraspLaw]
+    ) -> tuple[Values, Values, Values]:
+        """Return the estimates that a law corrects, their spreads, and the evidence for it."""
+        if name in SENSORS:
+            squeezes = getattr(self, name)[SQUEEZES.index(ms)].T
+            return np.zeros(len(squeezes)), np.ones(len(squeezes)), squeezes
+        first, spread = self.first[-1, :2]
+        evidence = [self.second - first, self.gaps]
+        if name not in FINGERS:
+            classical = "exact" if name == "sharpened_exact" else "squeeze"
+            evidence.append(self.predict(classical, ms, laws)[0] - first)
+        return first, spread, np.column_stack(evidence)
+
+
+_ARRAYS = ("first", "second", "squeeze", "exact", "gaps", "shore_a", "uses")
+#: Classical methods. They have no estimate before ``SQUEEZES``.
+SENSORS = ("squeeze", "exact")
+#: Methods without the squeeze.
+FINGERS = ("fingers", "alike")
+
+
+def measure_laws(known: _Estimates) -> dict[str, GraspLaw]:
+    """Measure how later evidence corrects the first finger's estimate, and classical methods."""
+    random, everyday = known.take(RANDOM), known.take(EVERYDAY)
+    laws: dict[str, GraspLaw] = {}
+    for name, pinches in (("fingers", random), ("alike", everyday)):
+        given = pinches.evidence(name, SQUEEZES[-1], laws)
+        laws[name] = GraspLaw.measure(*given, pinches.shore_a, shifts=False)
+    for name in (*SENSORS, "sharpened", "sharpened_exact"):
+        for ms in SQUEEZES:
+            given = random.evidence(name, ms, laws)
+            law = GraspLaw.measure(*given, random.shore_a, shifts=name in SENSORS)
+            laws[f"{name} {ms}"] = law
+    return laws
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
@@ -99,23 +152,36 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         return PartResult()
     first, *others = settings.rig_seeds
     seeds = [first, *(others or [first + 1])]  # intervals need two hands
-    hands = range(LAW_SEED, LAW_SEED + (2 if settings.brief else LAW_HANDS))
+    hands = range(LAW_SEED, LAW_SEED + (4 if settings.brief else LAW_HANDS))
     sizes = Sizes(blocks=6, objects=1, random=8) if settings.brief else Sizes()
     jobs = [*((seed, False) for seed in seeds), *((seed, True) for seed in hands)]
     estimates = runner.map(_estimates, jobs, subject.name, sizes, settings.seed)
-    scored, known = estimates[: len(seeds)], estimates[len(seeds) :]
-    law, exact = measure_law(known), measure_law(known, exact=True)
-    rows = np.array([[_scores(each, law, exact) for each in scored]]).swapaxes(0, 1)
+    scored = estimates[: len(seeds)]
+    everything = joined(estimates[len(seeds) :])
+    laws, known = measure_laws(everything), everything.take(RANDOM)
+    rows = np.array([[_scores(each, laws) for each in scored]]).swapaxes(0, 1)
     (scores,) = rig_scores(rows, KEYS, settings.seed)
+    errors = [finger - known.shore_a for finger in (known.first[-1, 0], known.second)]
     results = WholeGrasp(
         seeds=seeds,
         pinches={use: sum(int((each.uses == use).sum()) for each in scored) for use in USES},
-        too_short=float(np.mean([each.too_short for each in scored])),
+        left_out=float(np.mean([each.left_out for each in scored])),
         second_ms=1e3 * float(np.mean([each.gaps.mean() for each in scored]) + SECOND),
-        law=law,
+        softer=float(np.mean(known.squeeze[:, 0] - known.shore_a)),
+        correlation=float(np.asarray(np.corrcoef(errors))[0, 1]),
+        laws=laws,
         methods={name: _without_gaps(method) for name, method in zip(METHODS, scores, strict=True)},
     )
     return PartResult([WHOLE_GRASP(results)], [time_figure(results)])
+
+
+def joined(estimates: Sequence[_Estimates]) -> _Estimates:
+    """Return the estimates of several hands as those of one."""
+    arrays: dict[str, Any] = {
+        name: np.concatenate([getattr(each, name) for each in estimates], axis=-1)
+        for name in _ARRAYS
+    }
+    return replace(estimates[0], **arrays)
 
 
 def _estimates(job: tuple[int, bool], condition: str, sizes: Sizes, seed: int) -> _Estimates:
@@ -130,77 +196,37 @@ def _estimates(job: tuple[int, bool], condition: str, sizes: Sizes, seed: int) -
         for touches in (pinches.first, pinches.second)
     )
     by_time = predictions_by_time(first, pinches.first.take(~own), FIRST)
-    late = second.predict_touches(pinches.second.take(~own))
-
-    def squeezed(features: Values) -> Values:
-        out = np.full((len(SQUEEZES), 2, int((~own).sum())), np.nan)
-        for row, each in enumerate(features):
-            is_there = np.isfinite(each).all(axis=1)
-            known, asked = own & is_there, is_there[~own]
-            scale = SqueezeScale.fit(each[known], pinches.shore_a[known], pinches.sessions[known])
-            out[row, 0, asked] = scale.predict(each[~own & is_there])
-            out[row, 1, asked] = scale.error
-        return out
-
+    squeeze, exact = (
+        np.array([SqueezeScale.fit(at[own], shore_a).evidence(at[~own]) for at in features])
+        for features in (pinches.squeezes, pinches.exact)
+    )
     return _Estimates(
         np.array([[p.value, p.spread, p.low, p.high] for p in by_time.values()]),
-        np.array([late.value, late.spread]),
-        squeezed(pinches.squeezes),
-        squeezed(pinches.exact),
+        second.predict_touches(pinches.second.take(~own)).value,
+        squeeze,
+        exact,
         pinches.gaps[~own],
         pinches.shore_a[~own],
         pinches.uses[~own],
-        pinches.too_short / (pinches.too_short + len(own)),
+        pinches.left_out / (pinches.left_out + len(own)),
     )
 
 
-def measure_law(known: Sequence[_Estimates], *, exact: bool = False) -> GraspLaw:
-    """Measure on these hands how the estimates of fingers and squeeze are averaged."""
-    stacks = [each.stack(len(TIMES), SETTLED, exact=exact) for each in known]
-    values, spreads = (np.concatenate(arrays) for arrays in zip(*stacks, strict=True))
-    gaps = np.concatenate([each.gaps for each in known])
-    return GraspLaw.measure(values, spreads, gaps, np.concatenate([e.shore_a for e in known]))
-
-
-def _scores(estimates: _Estimates, law: GraspLaw, exact: GraspLaw) -> list[list[float]]:
+def _scores(estimates: _Estimates, laws: Mapping[str, GraspLaw]) -> list[list[float]]:
     """Return the scores of a hand, shape (methods, ``KEYS``): squared errors instead of RMSE."""
-    out: dict[str, list[float]] = {name: [] for name in METHODS}
-    by_time = [_predictions(estimates, place, ms, law, exact) for place, ms in enumerate(TIMES)]
+    out: list[list[float]] = [[] for _ in METHODS]
     for use in USES:
-        rows = estimates.uses == use
-        truth = estimates.shore_a[rows]
-        for at_time in by_time:
-            for name in METHODS:
-                value, low, high = (array[rows] for array in at_time[name])
-                is_there = np.isfinite(value)
-                if not is_there.any():
-                    out[name] += [np.nan] * len(SCORES)
+        pinches = estimates.take(use)
+        for ms in TIMES:
+            for scores, name in zip(out, METHODS, strict=True):
+                if ms not in SQUEEZES if name in SENSORS else (name, use) == ("alike", RANDOM):
+                    scores += [np.nan] * len(SCORES)
                     continue
-                value, low, high, true = (a[is_there] for a in (value, low, high, truth))
-                errors, inside = value - true, (low <= true) & (true <= high)
+                value, low, high = pinches.predict(name, ms, laws)
+                errors = value - pinches.shore_a
+                inside = (low <= pinches.shore_a) & (pinches.shore_a <= high)
                 means = (errors**2, errors, inside, high - low)
-                out[name] += [float(np.mean(each)) for each in means]
-    return list(out.values())
-
-
-def _predictions(
-    estimates: _Estimates, place: int, ms: int, law: GraspLaw, exact: GraspLaw
-) -> Mapping[str, tuple[Values, Values, Values]]:
-    """Return value, low and high of each method, ``ms`` after the first contact."""
-    value, _, low, high = estimates.first[min(place, len(FIRST) - 1)]
-    out = {"first": (value, low, high)}
-    for name, rule, uses_squeeze in (
-        ("fingers", law, False), ("sharpened", law, True), ("sharpened_exact", exact, True),
-    ):  # fmt: skip
-        values, spreads = estimates.stack(place, ms, exact=rule is exact)
-        if not uses_squeeze:
-            values[:, 2] = np.nan
-        out[name] = rule.sharpen(values, spreads, estimates.gaps, out["first"])
-    nothing = np.full(len(value), np.nan)
-    for name, squeezes in (("squeeze", estimates.squeeze), ("exact", estimates.exact)):
-        value, error = squeezes[SQUEEZES.index(ms)] if ms in SQUEEZES else (nothing, nothing)
-        half = NORMAL * error
-        out[name] = value, value - half, value + half
+                scores += [float(np.mean(each)) for each in means]
     return out
 
 
@@ -246,8 +272,9 @@ def time_figure(results: WholeGrasp) -> Figure:
     return Figure(
         "whole_grasp",
         "Error while the hand closes",
-        f"One estimate that sharpens, and the classical stiffness of the squeeze on the same "
-        f"pinches. Simulated hands; bands are 95 % bootstrap intervals over {len(results.seeds)} "
+        "One estimate that sharpens, and the classical stiffness of the squeeze, all on the same "
+        f"pinches: those whose second finger touches 2 to {1e3 * LONGEST_GAP:.0f} ms after the "
+        f"first. Simulated hands; bands are 95 % bootstrap intervals over {len(results.seeds)} "
         "hands. The dotted line is the mean time of the estimate with the second finger.",
         image,
     )
@@ -258,6 +285,7 @@ _UNITS = {"rmse": "shore", "bias": "bias", "coverage": "share", "width": "shore"
 _LINES = (
     ("first", (2, 5, 15)),
     ("fingers", (100,)),
+    ("alike", (100,)),
     ("squeeze", (SQUEEZES[0], SQUEEZES[-1])),
     ("sharpened", (SQUEEZES[0], SQUEEZES[-1])),
     ("exact", SQUEEZES[-1:]),
@@ -273,13 +301,14 @@ def _table(results: SubjectResults, use: str, title: str) -> Table | None:
         f"{title}, by the evidence that is used: {grasp.pinches[use]:,} pinches of "
         f"{len(grasp.seeds)} simulated hands with specimens of their own (seeds "
         f"{', '.join(map(str, grasp.seeds))}). After each value: its 95 % bootstrap interval over "
-        "hands; in brackets that of the difference from the first finger at the same time. Without "
-        f"pinches in which the second finger touches within 2 ms ({100 * grasp.too_short:.0f} %)."
+        "hands; in brackets that of the difference from the first finger at the same time. All "
+        "methods on the same pinches, without those in which the second finger touches within 2 ms "
+        f"or after {1e3 * LONGEST_GAP:.0f} ms ({100 * grasp.left_out:.0f} %)."
     )
     lines = []
     for name, times in _LINES:
         for ms in times:
-            when = f"{grasp.second_ms:.0f} ms on average" if name == "fingers" else f"{ms} ms"
+            when = f"{grasp.second_ms:.0f} ms on average" if name in FINGERS else f"{ms} ms"
             scores = grasp.methods[name]
             cells = [scores.cell(f"{use} {ms} {key}", unit) for key, unit in _UNITS.items()]
             if any(cell.text != ABSENT for cell in cells):
@@ -293,21 +322,22 @@ def _text(subjects: Subjects) -> str:
         f"second finger's first {1e3 * SECOND:.0f} ms are predicted by the same network, adapted "
         "to second contacts on blocks. The classical method measures the stiffness of the squeeze "
         "from the force cells and the travel of the drives (200 positions a second with an error "
-        "of 0.1 mm), calibrated on blocks, too; its interval comes from held-out blocks. “Exact "
-        "sensors” have the true force and compression at the fingertips. All "
-        "together averages these estimates by their errors."
+        "of 0.1 mm), calibrated on the same blocks. “Exact sensors” have the true force and "
+        "compression at the fingertips. The laws are fitted on random objects of other, random "
+        "hands: for the classical method a linear regression from the squeeze, relative to those "
+        "of the hand's blocks, to Shore A; for the average the weights of second finger, time "
+        "between the contacts and squeeze. So only the method that says so was fitted to everyday "
+        "objects."
     )
     for results in subjects.values():
         if (grasp := results[WHOLE_GRASP]) is not None:
-            law = grasp.law
+            weight, alike = (grasp.laws[name].weights[0] for name in FINGERS)
             return (
-                f"{text} Their errors were measured on other hands, which are random, with other "
-                "objects of the same random and everyday kinds: so the average knows these kinds. "
-                f"The errors of both fingers correlate by {law.correlations[0]:.2f}; the "
-                f"second finger reads {1e-3 * law.drift:.2f} Shore A harder with each ms between "
-                f"the contacts; and the squeeze reads objects {-law.softer:.0f} Shore A softer "
-                f"than blocks of the same rubber, with a scatter of {law.structure:.0f}, because "
-                "their shape and structure yield, too."
+                f"{text} The errors of both fingers correlate by {grasp.correlation:.2f}, and the "
+                f"second finger gets the weight {weight:.2f}; fitted to everyday objects it gets "
+                f"{alike:.2f}. By the blocks alone the squeeze reads these objects "
+                f"{-grasp.softer:.0f} Shore A too soft, because their shape and structure yield, "
+                "too."
             )
     return text
 

@@ -340,7 +340,11 @@ class Pinch(Drawable):
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.VIBRATION))
 
     def force(self, finger: Finger) -> NDArray[np.float64]:
-        """Return the force channels of a finger in their unit, shape (samples, force channels)."""
+        """Return the signals of a finger's force cells (taxels), shape (samples, cells).
+
+        They are in the unit of their channels: V for fingertips. :meth:`ForceCurve.newtons` of a
+        calibration converts these to N.
+        """
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
 
     def group(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -246,7 +246,7 @@ class SafeHand(Hand):
             raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         if self._failure is not None:
             raise HandError(
-                f"the hand {self.name!r} failed: {self._failure}: check its connection, and open "
+                f"the hand {self.name!r} failed ({self._failure}): check its connection, and open "
                 "it again"
             ) from self._failure
 

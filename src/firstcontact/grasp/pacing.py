@@ -32,7 +32,9 @@ class Pacer:
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
         if not silence > 0:  # true of NaN
-            raise ArgumentError(f"the time of {silence:g} s must be above 0", parameter="silence")
+            raise ArgumentError(
+                f"the time without a command is {silence:g} s: use more than 0", parameter="silence"
+            )
         self.limits = limits
         self.counts = HandCounts()
         #: True after a release because of silence, until the next call of :meth:`release`.

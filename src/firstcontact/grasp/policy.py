@@ -26,7 +26,7 @@ class Truth:
 
 
 class Task(Enum):
-    """Task of a policy. Only policies with the same task are compared."""
+    """Task that a policy is made for. Only policies with the same task are compared."""
 
     #: Hold a declared payload, as gently and as early as possible.
     PAYLOAD = auto()

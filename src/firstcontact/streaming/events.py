@@ -134,7 +134,7 @@ def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) 
 
 
 class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
-    """Finished pinch: one closing of the hand, with its contacts and stiffness estimates.
+    """End of a pinch: one closing of the hand, with all of its contacts and estimates.
 
     Parameters
     ----------

@@ -104,7 +104,9 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
     """
     names = (*CONDITIONS, "strikes")
     if name not in names:
-        raise ArgumentError(f"{name!r} must be one of {', '.join(names)}", parameter="name")
+        raise ArgumentError(
+            f"example data {name!r} are not known: use one of {', '.join(names)}", parameter="name"
+        )
     folder = cache_path(f"sample-{version('firstcontact')}.{RECIPE}-{name}")
 
     def make(making: Path) -> None:

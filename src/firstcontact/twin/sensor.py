@@ -181,7 +181,7 @@ class PinchFingertips(Fingertips):
 
 
 class ScanStream(ABC):
-    """Base class of endless streams of scans, which may be read in any number."""
+    """Base class of endless streams of scans. :meth:`read` returns any number of them."""
 
     def __init__(self) -> None:
         self._left = np.empty((0, len(SCAN)), np.uint16)

@@ -31,7 +31,7 @@ _kernels = load_compiled("firstcontact.twin._compiled")
 
 
 class SlipParameters(NamedTuple):
-    """Parameters of a sliding pad. SI units."""
+    """Physical parameters of a pad that slides. SI units."""
 
     patches: int = 12
     """Number of patches that release separately: structured PDMS slips in small events [8]."""

@@ -67,7 +67,7 @@ def _compare(origin: str, name: str, arrays: Mapping[str, np.ndarray]) -> Compar
     if not (is_right and np.isfinite(volts).all() and volts.max() > 0):
         raise FileError(f"{origin} needs t and volts of one length, and a peak: {_REMEDY}")
     if not (times[0] >= 0 and (np.diff(times) > 0).all() and times[-1] <= LONGEST):
-        raise FileError(f"{origin}: t must ascend from 0 to {LONGEST} s at most: {_REMEDY}")
+        raise FileError(f"{origin} needs t from 0 to {LONGEST} s, ascending: {_REMEDY}")
     steps = np.arange(0.0, times[-1] + INTERVAL, INTERVAL)
     twin = np.interp(times, steps, twin_touch(target, finger, steps))
     return Comparison(times, twin, volts)

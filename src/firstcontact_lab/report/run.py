@@ -51,8 +51,7 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise FileError(
-                f"{out}: another study is running in this folder: wait until it ends, or choose "
-                "another --out"
+                f"another study is running in {out}: wait until it ends, or choose another --out"
             ) from None
         except OSError:
             pass  # a disk without locks

@@ -41,7 +41,7 @@ def read_study(path: Path) -> StudyResults:
     kind: Any = ByName
     results: StudyResults = read_results(path, kind[subject, subject])
     if results.about[STUDY] is None:
-        raise FileError(f"{path}: the field 'study' is missing: give the results.json of a study")
+        raise FileError(f"{path} has no field 'study': give the results.json of a study")
     return results
 
 

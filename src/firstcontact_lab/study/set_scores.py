@@ -84,7 +84,7 @@ def _read(place: Path) -> RealSet:
             recording = read_recording(file)
             if recording.header.layout != dataset.layout:
                 raise FileError(
-                    f"{file}: its layout differs from that of the set's recordings: import both "
+                    f"the layout of {file} differs from that of the set's recordings: import both "
                     "in the same way"
                 )
             noise += recording.stretches

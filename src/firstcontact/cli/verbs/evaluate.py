@@ -48,7 +48,7 @@ class Evaluate:
         with_shapes = model.trained_on.with_shapes(data)
         shapes = sum(bool(pinch.label.shape) for pinch in with_shapes)
         if shapes and model.network is not None:
-            print(f"the network uses the shape of {shapes} of {counted(len(data), 'pinch')}")
+            print(f"the network uses the shape in {shapes} of {counted(len(data), 'pinch')}")
         for evaluation in evaluate(model, data, contacts=self.contacts):
             for line in _lines(evaluation):
                 print(line)

@@ -62,7 +62,7 @@ class Label:
                 stop.gently = False
             if not session.written:
                 raise KeyboardInterrupt(
-                    "the new recordings are not written yet: the same command continues"
+                    "the new recordings are not written yet: run the same command to continue"
                 )
             for path in session.written:
                 print(f"written to {path}")

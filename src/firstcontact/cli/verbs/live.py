@@ -151,7 +151,7 @@ class Live:
             raise FileError(session.recording.failed)
         if failed := [f"{name} ({why})" for name, why in session.fanout.failed.items()]:
             raise InputError(
-                f"outputs failed: {', '.join(failed)}: correct the causes or leave them out"
+                f"outputs failed: {', '.join(failed)}; correct the causes or leave them out"
             )
 
     def _check(self) -> None:

@@ -96,7 +96,7 @@ class Record:
                         stopped=lambda: stop.requested,
                     )
                 if not terminal.complete:
-                    print(f"session {name} is not complete: the same command continues it")
+                    print(f"session {name} is not complete: run the same command to continue it")
                     raise KeyboardInterrupt
 
     def _sessions(self) -> list[str]:

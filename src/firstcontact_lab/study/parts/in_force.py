@@ -49,7 +49,7 @@ def read_delays(path: Path) -> LiveDelays:
     delays = read_record(read_regular(path, LONGEST), LiveDelays, str(path), remedy)
     for name, values in (("first_ms", delays.first_ms), ("later_ms", delays.later_ms)):
         if np.any(np.diff(values) < 0):
-            raise FileError(f"{path}: {name} does not ascend: {remedy}")
+            raise FileError(f"{name} in {path} must ascend: {remedy}")
     return delays
 
 

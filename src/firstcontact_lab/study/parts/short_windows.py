@@ -164,7 +164,7 @@ def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWi
 
 
 def _shortage(data: LabelledWindows) -> str:
-    """Return the reason why these windows are too few for this part; "" if they are enough."""
+    """Return the reason why there are too few windows to score; "" if they are enough."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
         return "fewer than two hardness ranks or four materials have a window"

@@ -1,4 +1,4 @@
-"""Simulated pinches with both fingers' contacts and the squeeze, and estimates that use them."""
+"""Simulated pinches with both fingers' contacts and the squeeze, and laws that combine them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LEVEL = 0.9
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of pinches of each block and of each everyday object, and of random objects."""
+    """Number of pinches of each block, of each everyday object, and of random objects."""
 
     blocks: int = 16
     objects: int = 6
@@ -54,7 +54,7 @@ class Sizes:
 
 
 class _Sensors(Positions):
-    """Position sensor of the drives that also keeps the exact force and compression."""
+    """Position sensor of the drives. It also records the exact force and compression."""
 
     compression: Values
     force: Values
@@ -67,7 +67,10 @@ class _Sensors(Positions):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grasps:
-    """Pinches of one hand: both contacts, and features of the squeeze at ``SQUEEZES``."""
+    """Pinches of one hand: contacts of both fingers, and features of the squeeze.
+
+    The features are those at the times ``SQUEEZES``, ms after the first contact.
+    """
 
     first: Touches
     second: Touches
@@ -86,7 +89,7 @@ class Grasps:
 def grasps(seed: int, condition: str, sizes: Sizes, *, is_random: bool = False) -> Grasps:
     """Simulate a hand that pinches blocks, everyday objects and random objects.
 
-    With ``is_random`` the hand is drawn as those of the pretraining are, instead of the twin's.
+    It is the twin's hand, or with ``is_random`` a random one as in pre-training.
     """
     rng = generator(seed, condition, "grasps")
     jobs = list(_jobs(seed, condition, sizes, rng, is_random))
@@ -150,7 +153,10 @@ def _random_object(rng: np.random.Generator, number: int) -> TwinObject:
 
 
 def _with_hand(draw: PinchDraw, rig: RandomRig) -> PinchDraw:
-    """Return the pinch with fingers that differ from the twin's as this rig differs from it."""
+    """Return the pinch with its fingers scaled to those of a random rig.
+
+    The factor of each parameter is that of the rig over the nominal one.
+    """
     usual = FingerParameters()
 
     def changed(finger: FingerParameters) -> FingerParameters:
@@ -164,14 +170,14 @@ def _with_hand(draw: PinchDraw, rig: RandomRig) -> PinchDraw:
 
 
 def _placed(contact: Contact, rng: np.random.Generator) -> Contact:
-    """Return the contact as a detector would place it: late, by a random number of samples."""
+    """Return the contact as a detector places it: later by a random number of samples."""
     return replace(
         contact, sample=contact.sample + draw_delay(rng, DELAY), decided=contact.sample + MARGIN
     )
 
 
 def _touches(pinches: Sequence[Pinch], place: int) -> Touches:
-    """Return the first (0) or second (1) contacts of pinches, with their signals."""
+    """Return the contacts of pinches with their signals: the first (``place`` 0) or second (1)."""
     contacts = [pinch.truth[place] for pinch in pinches]
     cut = Dataset(tuple(replace(pinch, truth=pinch.truth[place:]) for pinch in pinches))
     touches, rows = Touches.cut(cut, contacts)
@@ -180,7 +186,7 @@ def _touches(pinches: Sequence[Pinch], place: int) -> Touches:
 
 
 def _squeezes(pinch: Pinch, sensors: _Sensors) -> tuple[Values, Values]:
-    """Return the features of a squeeze by the hand's sensors, and by exact ones."""
+    """Return the features of a squeeze twice: by the hand's sensors, and by exact ones."""
     first, second = (contact.sample for contact in pinch.truth)
     times, positions = np.array(sensors.since(-1.0)).T
     exact = []
@@ -210,7 +216,10 @@ def pinch_squeeze(pinch: Pinch, times: Values, positions: Values, ms: float) -> 
 
 
 def _window(squeezed: float, longest: float) -> float:
-    """Return the time over which a squeeze is averaged, in the unit of its duration."""
+    """Return the time over which the end of a squeeze is averaged.
+
+    ``squeezed`` is the time since the second contact. All times are in the same unit.
+    """
     return min(SHARE * squeezed, longest)
 
 
@@ -220,10 +229,10 @@ FEATURES = ("largest travel", "travel", "force")
 def squeeze_features(
     times: Values, positions: Values, every: Values, cells: Values, second: float, now: float
 ) -> Values:
-    """Return the logarithms of largest travel, travel and force since the second contact.
+    """Return the logarithms of largest travel, newest travel and newest force of a squeeze.
 
-    ``positions`` are those of the drives at ``times``, and ``cells`` the sum of all force cells,
-    less its value at rest, at the times ``every``.
+    ``positions`` are those of the drives at ``times``. ``cells`` is the sum of all force cells,
+    less its value at rest, at the times ``every``. The squeeze lasts from ``second`` to ``now``.
     """
     window = _window(now - second, LONGEST)
     is_past = times <= now
@@ -238,7 +247,7 @@ def squeeze_features(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SqueezeScale:
-    """Calibration of the stiffness of a squeeze on blocks: a line in logarithms, and a square."""
+    """Calibration of squeezes on blocks: Shore A as a polynomial in the features of a squeeze."""
 
     middle: Values
     scale: Values
@@ -257,7 +266,7 @@ class SqueezeScale:
         return np.clip(self._inputs(features) @ self.weights, *SHORE_A)
 
     def evidence(self, features: Values) -> Values:
-        """Return the predictions and the standardised features, shape (1 + features, n)."""
+        """Return the predicted Shore A, then the standardised features, shape (1 + features, n)."""
         return np.vstack([self.predict(features), ((features - self.middle) / self.scale).T])
 
     def _inputs(self, features: Values) -> Values:

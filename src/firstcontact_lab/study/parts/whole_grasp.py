@@ -75,7 +75,10 @@ class WholeGrasp(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Estimates:
-    """Estimates for objects: of the first finger with spread, low and high, (times, 4, n)."""
+    """Estimates of the objects of one hand or several hands.
+
+    ``first`` is value, spread, low and high from the first finger, shape (times, 4, n).
+    """
 
     first: Values
     second: Values
@@ -96,7 +99,7 @@ class _Estimates:
     def predict(
         self, name: str, ms: int, laws: Mapping[str, GraspLaw]
     ) -> tuple[Values, Values, Values]:
-        """Return values, low and high of a method, ``ms`` after the first contact."""
+        """Return (values, low, high) of the method ``name``, ``ms`` after the first contact."""
         value, _, low, high = self.first[FIRST.index(ms) if ms in FIRST else -1]
         if name == "first":
             return value, low, high
@@ -113,7 +116,7 @@ class _Estimates:
     def evidence(
         self, name: str, ms: int, laws: Mapping[str, GraspLaw]
     ) -> tuple[Values, Values, Values]:
-        """Return the estimates that a law corrects, their spreads, and the evidence for it."""
+        """Return (estimates, spreads, evidence), from which a law predicts."""
         if name in SENSORS:
             squeezes = getattr(self, name)[SQUEEZES.index(ms)].T
             return np.zeros(len(squeezes)), np.ones(len(squeezes)), squeezes
@@ -176,7 +179,7 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def joined(estimates: Sequence[_Estimates]) -> _Estimates:
-    """Return the estimates of several hands as those of one."""
+    """Return the estimates of several hands, concatenated over their objects."""
     arrays: dict[str, Any] = {
         name: np.concatenate([getattr(each, name) for each in estimates], axis=-1)
         for name in _ARRAYS
@@ -185,7 +188,10 @@ def joined(estimates: Sequence[_Estimates]) -> _Estimates:
 
 
 def _estimates(job: tuple[int, bool], condition: str, sizes: Sizes, seed: int) -> _Estimates:
-    """Simulate a hand, calibrate it on its blocks, and return its estimates of other objects."""
+    """Simulate a hand, calibrate it on its blocks, and return the estimates of other objects.
+
+    ``job`` is the hand's seed, and True for a random hand.
+    """
     hand, is_random = job
     pinches = grasps(hand, condition, sizes, is_random=is_random)
     own = pinches.uses == OWN
@@ -213,7 +219,7 @@ def _estimates(job: tuple[int, bool], condition: str, sizes: Sizes, seed: int) -
 
 
 def _scores(estimates: _Estimates, laws: Mapping[str, GraspLaw]) -> list[list[float]]:
-    """Return the scores of a hand, shape (methods, ``KEYS``): squared errors instead of RMSE."""
+    """Return the scores of a hand, shape (methods, ``KEYS``), with squared errors for RMSE."""
     out: list[list[float]] = [[] for _ in METHODS]
     for use in USES:
         pinches = estimates.take(use)
@@ -231,7 +237,7 @@ def _scores(estimates: _Estimates, laws: Mapping[str, GraspLaw]) -> list[list[fl
 
 
 def _without_gaps(scores: RigScores) -> RigScores:
-    """Return the scores without the times at which the method has no estimate."""
+    """Return the scores without those times at which the method has no estimate."""
     there = [key for key, value in scores.scores.items() if np.isfinite(value)]
 
     def kept(values: dict[str, T]) -> dict[str, T]:

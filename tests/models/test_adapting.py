@@ -5,6 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from firstcontact.core import InputError
 from firstcontact.models import Task, Touches
@@ -12,6 +15,8 @@ from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig.network_estimator import (
     LEAST_OF_FINGER,
     MOST_OF_LEVEL,
+    NARROWEST,
+    HeldOut,
     NetworkEstimator,
     adapt_network,
 )
@@ -110,11 +115,23 @@ def test_intervals_that_hold_too_few_held_out_pinches_are_widened() -> None:
     assert np.mean(means) > 0.8
 
 
-def test_intervals_with_enough_coverage_stay_unchanged() -> None:
-    wide = BASE.widened(np.full(len(Rig.STAGES), 3.0))
+def test_intervals_of_the_network_with_enough_coverage_stay_unchanged() -> None:
+    wide = BASE.rescaled(np.full(len(Rig.STAGES), 3.0))
     made = adapt_network(wide, *ringing(120, levels=(38.0, 42.0)))
     assert made.check.coverage >= wide.level
     np.testing.assert_array_equal(made.model.factors, wide.factors)
+
+
+@given(arrays(float, (5, 40), elements=st.floats(0.0, 10.0)), st.booleans())
+def test_scaled_intervals_hold_the_held_out_pinches(ratios: np.ndarray, is_average: bool) -> None:
+    """However narrow intervals become, they hold the stated share of the rig's own pinches."""
+    rows = np.arange(ratios.shape[1])
+    check = HeldOut(ratios, rows.astype(float), np.ones_like(ratios), rows).check(
+        BASE.level, BASE.rate, is_average
+    )
+    assert (check.scales >= (NARROWEST if is_average else 1.0)).all()
+    at_times = np.interp(Rig.stages_at_scored_times(BASE.rate), Rig.STAGES, check.scales)
+    assert ((ratios <= at_times[:, None] * (1 + 1e-9)).mean(axis=1) >= BASE.level).all()
 
 
 def test_no_more_pinches_of_a_level_are_used_than_in_training() -> None:
@@ -128,7 +145,8 @@ def test_stated_coverage_is_not_too_large_and_stated_widening_not_too_small() ->
     rig = ringing(120, levels=(20.0, 60.0))
     check = adapt_network(BASE, *rig).check
     sentences = NetworkEstimator(Task.REGRESSION, BASE.rate).fit(*rig)[1]
-    stated = re.search(r"at least ([\d.]+) % .* up to ([\d.]+) times", sentences[-1])
-    share, scale = map(float, stated.groups())
+    stated = re.search(r"at least ([\d.]+) % .* now ([\d.]+) to ([\d.]+) times", sentences[-1])
+    share, least, scale = map(float, stated.groups())
     assert share <= 100 * check.coverage < share + 0.1
+    assert least <= check.scales.min() < least + 0.01
     assert scale - 0.01 < check.scales.max() <= scale

@@ -15,6 +15,7 @@ from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig import combined, network_estimator
 from firstcontact.models.rig.combined import CombinedEstimator, adapt_combined
 from firstcontact.models.rig.network_estimator import (
+    NARROWEST,
     Adapted,
     HeldOut,
     adapt_network,
@@ -186,7 +187,7 @@ def test_the_network_can_be_taken_out_of_the_model(data: Dataset) -> None:
 
 
 def test_the_network_alone_keeps_the_widths_of_its_own_intervals(labelled: LabelledTouches) -> None:
-    narrow = pretrained().widened(np.full(len(Rig.STAGES), 0.2))
+    narrow = pretrained().rescaled(np.full(len(Rig.STAGES), 0.2))
     given = labelled.touches, labelled.shore_a, labelled.named_sessions
     network, average = adapt_network(narrow, *given).model, adapt_combined(narrow, *given).model
     assert average.regressions
@@ -240,3 +241,16 @@ def test_a_rig_of_three_levels_has_no_offset_and_no_note_of_one() -> None:
     made = adapt_combined(pretrained(), *ringing(60, levels=(10.0, 40.0, 90.0)))
     assert made.model.regressions
     assert not made.notes
+
+
+def test_intervals_of_a_rig_with_small_errors_on_blocks_become_narrower_up_to_a_limit(
+    labelled: LabelledTouches,
+) -> None:
+    """Blocks alone would allow intervals of almost no width."""
+    wide = pretrained()
+    wide = RigModel(
+        wide.network, wide.familiar, wide.factors, wide.level, wide.rigs, 50 * wide.mixed
+    )
+    made = adapt_combined(wide, labelled.touches, labelled.shore_a, labelled.named_sessions)
+    np.testing.assert_allclose(made.check.scales, NARROWEST, rtol=0.02)
+    np.testing.assert_array_equal(made.model.factors, wide.mixed * made.check.scales)

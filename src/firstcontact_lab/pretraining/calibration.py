@@ -73,7 +73,7 @@ def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel
     familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
     ones = np.ones(len(Rig.STAGES))
     plain = RigModel(network, familiar, ones, LEVEL, {Rig.ANY: Rig.unknown()}, ones)
-    return plain.widened(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
+    return plain.rescaled(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
 
 
 def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runner) -> RigModel:

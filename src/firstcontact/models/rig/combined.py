@@ -71,8 +71,8 @@ def adapt_combined(
         return replace(adapted, notes=("no pinch can be held out: the network predicts alone",))
     offset = held_out.offset(shore_a, touches.rate)
     held_out = held_out.less_offset(shore_a)
-    check = held_out.check(base.level, touches.rate)
-    average = condition(touches, shore_a).widened(check.scales)
+    check = held_out.check(base.level, touches.rate, is_average=True)
+    average = condition(touches, shore_a).rescaled(check.scales)
     shifted = {finger: r.shifted(offset) for finger, r in average.regressions.items()}
     model = adapted.model.with_regressions(shifted, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors[-1])}

@@ -165,8 +165,8 @@ class RigModel(AnytimeModel):
         """
         return self._changed(regressions=dict(regressions), factors=factors)
 
-    def widened(self, scales: NDArray[np.float64]) -> Self:
-        """Return the model with wider intervals, by a factor for each signal length, (stages,)."""
+    def rescaled(self, scales: NDArray[np.float64]) -> Self:
+        """Return the model with intervals scaled by a factor for each signal length, (stages,)."""
         factors = self.factors * scales
         alone = self.network_factors if self.regressions else factors
         return self._changed(factors=factors, network_factors=alone)

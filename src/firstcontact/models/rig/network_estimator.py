@@ -38,7 +38,7 @@ MOST_OF_LEVEL = 20
 MIDDLE, LEAST_LEVELS_OF_LINE, LEAST_VARIANCE, BIAS = 40.0, 4, 1.0, 1.0
 #: Smallest factor of an average's intervals, even for a rig without errors on blocks. Small errors
 #: on blocks do not mean small errors on other objects.
-NARROWEST = 0.75
+NARROWEST = 0.7
 #: Number of folds in which pinches are held out.
 FOLDS = 3
 

@@ -150,7 +150,7 @@ class Real(TwinSource):
 
 
 def test_only_a_twin_has_it() -> None:
-    with pytest.raises(HandError, match="--device twin"), TwinHand(Real()):
+    with pytest.raises(HandError, match="--device twin"), TwinHand(Real(TwinOptions())):
         raise AssertionError
 
 

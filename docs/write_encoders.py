@@ -21,8 +21,8 @@ CLOSINGS, SEED = 2000, 47
 #: noise of a reported speed, as shares.
 SPEEDS, CHANGE, NOISE = (0.05, 0.2), 0.1, 0.03
 #: How a speed is measured, and whether it changes.
-WAYS = (("positions", 0.0), ("known step", 0.0), ("positions", CHANGE), ("speeds", CHANGE))
-HEAD = "rate | step | positions | known step | positions, changing | speeds, changing"
+WAYS = (("positions", 0.0), ("given step", 0.0), ("positions", CHANGE), ("speeds", CHANGE))
+HEAD = "rate | step | positions | given step | positions, changing | speeds, changing"
 
 
 def closings(

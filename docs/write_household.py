@@ -39,7 +39,7 @@ def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> st
 def tables() -> dict[str, str]:
     """Return the tables of objects, and the numbered list of sources."""
     marks = {source["key"]: i + 1 for i, source in enumerate(SOURCES)}
-    heads = ["object", "group", "origin", *(title for title, _ in SHOWN.values())]
+    heads = ["object", "class", "origin", *(title for title, _ in SHOWN.values())]
     rows = []
     for kind in HOUSEHOLD:
         cells = [_cell(getattr(kind.numbers, name), f, marks) for name, (_, f) in SHOWN.items()]

@@ -42,7 +42,7 @@ LAW_SEED, LAW_HANDS = 9201, 12
 METHODS = {
     "first": "First finger",
     "fingers": "Both fingers",
-    "alike": "Both fingers, fitted to the same kinds of objects",
+    "everyday": "Both fingers, fitted to everyday objects",
     "squeeze": "Squeeze (classical)",
     "sharpened": "All together",
     "exact": "Squeeze, exact sensors",
@@ -67,7 +67,7 @@ class WholeGrasp(Record, frozen=True, kw_only=True):
     softer: float
     #: Correlation of the errors of both fingers.
     correlation: float
-    #: Laws by method and time, measured on other hands: ``alike`` on everyday objects, the others
+    #: Laws by method and time, measured on other hands: ``everyday`` on everyday objects, others
     #: on random ones.
     laws: dict[str, GraspLaw]
     methods: dict[str, RigScores]
@@ -103,7 +103,7 @@ class _Estimates:
         value, _, low, high = self.first[FIRST.index(ms) if ms in FIRST else -1]
         if name == "first":
             return value, low, high
-        if ms not in SQUEEZES and name != "alike":
+        if ms not in SQUEEZES and name != "everyday":
             name = "fingers"
         law = laws[name if name in FINGERS else f"{name} {ms}"]
         made = law.predict(*self.evidence(name, ms, laws))
@@ -132,14 +132,14 @@ _ARRAYS = ("first", "second", "squeeze", "exact", "gaps", "shore_a", "uses")
 #: Classical methods. They have no estimate before ``SQUEEZES``.
 SENSORS = ("squeeze", "exact")
 #: Methods without the squeeze.
-FINGERS = ("fingers", "alike")
+FINGERS = ("fingers", "everyday")
 
 
-def measure_laws(known: _Estimates) -> dict[str, GraspLaw]:
+def measure_laws(estimates: _Estimates) -> dict[str, GraspLaw]:
     """Measure how later evidence corrects the first finger's estimate, and classical methods."""
-    random, everyday = known.take(RANDOM), known.take(EVERYDAY)
+    random, everyday = estimates.take(RANDOM), estimates.take(EVERYDAY)
     laws: dict[str, GraspLaw] = {}
-    for name, pinches in (("fingers", random), ("alike", everyday)):
+    for name, pinches in (("fingers", random), ("everyday", everyday)):
         given = pinches.evidence(name, SQUEEZES[-1], laws)
         laws[name] = GraspLaw.measure(*given, pinches.shore_a, shifts=False)
     for name in (*SENSORS, "sharpened", "sharpened_exact"):
@@ -160,17 +160,17 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     jobs = [*((seed, False) for seed in seeds), *((seed, True) for seed in hands)]
     estimates = runner.map(_estimates, jobs, subject.name, sizes, settings.seed)
     scored = estimates[: len(seeds)]
-    everything = joined(estimates[len(seeds) :])
-    laws, known = measure_laws(everything), everything.take(RANDOM)
+    unscored = joined(estimates[len(seeds) :])
+    laws, random = measure_laws(unscored), unscored.take(RANDOM)
     rows = np.array([[_scores(each, laws) for each in scored]]).swapaxes(0, 1)
     (scores,) = rig_scores(rows, KEYS, settings.seed)
-    errors = [finger - known.shore_a for finger in (known.first[-1, 0], known.second)]
+    errors = [finger - random.shore_a for finger in (random.first[-1, 0], random.second)]
     results = WholeGrasp(
         seeds=seeds,
         pinches={use: sum(int((each.uses == use).sum()) for each in scored) for use in USES},
         left_out=float(np.mean([each.left_out for each in scored])),
         second_ms=1e3 * float(np.mean([each.gaps.mean() for each in scored]) + SECOND),
-        softer=float(np.mean(known.squeeze[:, 0] - known.shore_a)),
+        softer=float(np.mean(random.squeeze[:, 0] - random.shore_a)),
         correlation=float(np.asarray(np.corrcoef(errors))[0, 1]),
         laws=laws,
         methods={name: _without_gaps(method) for name, method in zip(METHODS, scores, strict=True)},
@@ -225,7 +225,7 @@ def _scores(estimates: _Estimates, laws: Mapping[str, GraspLaw]) -> list[list[fl
         pinches = estimates.take(use)
         for ms in TIMES:
             for scores, name in zip(out, METHODS, strict=True):
-                if ms not in SQUEEZES if name in SENSORS else (name, use) == ("alike", RANDOM):
+                if name in SENSORS and ms not in SQUEEZES:
                     scores += [np.nan] * len(SCORES)
                     continue
                 value, low, high = pinches.predict(name, ms, laws)
@@ -291,7 +291,7 @@ _UNITS = {"rmse": "shore", "bias": "bias", "coverage": "share", "width": "shore"
 _LINES = (
     ("first", (2, 5, 15)),
     ("fingers", (100,)),
-    ("alike", (100,)),
+    ("everyday", (100,)),
     ("squeeze", (SQUEEZES[0], SQUEEZES[-1])),
     ("sharpened", (SQUEEZES[0], SQUEEZES[-1])),
     ("exact", SQUEEZES[-1:]),

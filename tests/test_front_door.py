@@ -86,7 +86,7 @@ def test_the_predictor_is_chosen_by_its_name(data, model):
     assert window.elapsed[np.isfinite(window.elapsed)] == pytest.approx(0.015, abs=1e-4)
     early = model.predict(data, at=0.005, estimator="combined")
     assert (window.estimator, early.estimator) == model.estimators == ("svm", "combined")
-    assert any(note.startswith("svm predicts") for note in model.notes)
+    assert any(note.startswith("the estimator svm predicts") for note in model.notes)
     with pytest.raises(fc.InputError) as caught:
         model.predict(data, estimator="nobody")
     assert caught.value.parameter == "estimator"

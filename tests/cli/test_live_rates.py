@@ -103,7 +103,7 @@ def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
     both = LiveOutput(capsys, path, "--model", folder)
     assert (alone.code, both.code) == (0, 0), both.messages
     assert alone.contacts == both.contacts != []
-    assert "svm predicts" in alone.messages
+    assert "estimates come from svm" in alone.messages
     assert "network" not in alone.messages
     assert "network takes 4936 samples a second" in both.messages
     assert {e["model"] for e in both.select("estimate")} == {"svm"}

@@ -233,7 +233,10 @@ def test_too_few_pinches_are_noted(data: Dataset) -> None:
     few = data[:18]
     trained = fc.train(few, "combined")
     assert trained.network.name == "network"
-    assert "fewer than 20 pinches or 3 levels: the network predicts alone" in trained.notes
+    assert (
+        "the network predicts alone, because there are fewer than 20 pinches or 3 values of Shore A"
+        in trained.notes
+    )
     assert not any("predicts alone" in note for note in fc.train(few, "network").notes)
 
 

@@ -18,7 +18,7 @@ from firstcontact.models.interval import (
     Interval,
     conformal_interval,
     held_out_coverage,
-    refusal,
+    missing_interval_reason,
 )
 from firstcontact.models.predictions import SHARED, combine
 from firstcontact.testing.synthetic import RATE, toy_windows
@@ -71,7 +71,7 @@ def test_it_is_the_conformal_quantile_of_each_range(n: int, level: float, seed: 
     rng = np.random.default_rng(seed)
     answers = rng.uniform(0, 100, n)
     truth = answers + rng.normal(0, 0.1 + answers / 10)
-    if refusal(answers, rng.permuted(np.arange(n) % 3).astype(str), level):
+    if missing_interval_reason(answers, rng.permuted(np.arange(n) % 3).astype(str), level):
         return
     interval = conformal_interval(answers, truth, level, limits=None)
     member = np.searchsorted(interval.edges, answers, side="right")
@@ -128,7 +128,7 @@ def test_a_fold_is_asked_with_what_the_others_taught() -> None:
 )
 def test_too_little_for_an_interval(n: int, names: list[str], words: str) -> None:
     sessions = np.array([names[i % len(names)] for i in range(n)])
-    text = refusal(np.zeros(n), sessions, 0.9)
+    text = missing_interval_reason(np.zeros(n), sessions, 0.9)
     assert text.startswith(words)
     assert bool(text) == bool(words)
 

@@ -69,7 +69,7 @@ def test_scores_are_factors_of_the_mean_of_logarithms(springs, model):
     [rmse] = seen.rmse.values()
     assert 0 < rmse < seen.constant / 2
     assert sorted(row.true for row in seen.objects.values()) == pytest.approx([5, 15, 45])
-    assert any("rmse x1." in note for note in model.notes)
+    assert any("rmse factor 1." in note for note in model.notes)
 
 
 def test_a_saved_model_predicts_the_same(springs, model, tmp_path: Path):

@@ -1,4 +1,4 @@
-"""Chain: the compiled C code that turns samples into closings, contacts and estimates."""
+"""Chain: the package's C code, which turns samples into closings, contacts and estimates."""
 
 import lazy_loader
 

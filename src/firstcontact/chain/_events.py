@@ -1,4 +1,4 @@
-"""Events that the chain reports."""
+"""Events that the C chain reports, such as a contact or an estimate."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class EventKind(IntEnum):
-    """Type of a :class:`ChainEvent`. The numbers equal those in ``fc_chain.h``."""
+    """Kind of a :class:`ChainEvent`. The numbers equal those in ``fc_chain.h``."""
 
     #: The hand began to close.
     CLOSING_BEGAN = 1
@@ -23,7 +23,7 @@ class EventKind(IntEnum):
 
 
 class Flag(IntFlag):
-    """Bit flags of a :class:`ChainEvent`."""
+    """Bit flags of a :class:`ChainEvent`, for its field ``flags``."""
 
     #: First contact of a closing.
     FIRST = 1
@@ -34,7 +34,7 @@ class Flag(IntFlag):
 
 
 class Reason(IntEnum):
-    """Reason why a closing ended, or why it has no estimate."""
+    """Reason why a closing of the hand ended, or why a contact has no estimate."""
 
     #: The time for estimates after the first contact is over.
     DONE = 0

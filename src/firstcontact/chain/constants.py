@@ -1,4 +1,4 @@
-"""Constants of detectors and models, which an image of the C chain holds."""
+"""Constants of detectors and models, which an image stores for the C chain."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[Any]
 
 
 class DetectorKind(IntEnum):
-    """Type of a contact detector, with the numbers of ``fc_detector.h``."""
+    """Kind of a contact detector. The numbers equal those in ``fc_detector.h``."""
 
     NONE = 0
     LOGISTIC = 1
@@ -25,7 +25,10 @@ class DetectorKind(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectorConstants:
-    """Constants of a contact detector at one sampling rate. Lengths are in samples."""
+    """Constants of a contact detector at one sampling rate, for an image.
+
+    Lengths are in samples.
+    """
 
     kind: DetectorKind
     window: int
@@ -53,7 +56,7 @@ NO_DETECTOR = DetectorConstants(DetectorKind.NONE, 6, 1, 6, 3)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Matrix:
-    """Matrix of integers (int16, shape (rows, columns)) with a scale for each row."""
+    """Matrix of 16-bit integers, shape (rows, columns), with a scale for each row."""
 
     weight: Array
     scale: Array
@@ -61,7 +64,7 @@ class Matrix:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Layer of the network as two thin matrices: ``out(into(x) + rig term) + bias``."""
+    """Layer of the network, made of two thin matrices: ``out(into(x) + rig term) + bias``."""
 
     into: Matrix
     out: Matrix
@@ -70,7 +73,10 @@ class Layer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProcessConstants:
-    """Gaussian process fitted to a rig's pinches: arrays with the signal length as first axis."""
+    """Constants of a Gaussian process that is fitted to the pinches of one rig.
+
+    The first axis of the arrays is the signal length, called stage.
+    """
 
     #: Mean and scale of the Shore A of the pinches.
     centre: float
@@ -90,7 +96,7 @@ class ProcessConstants:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigConstants:
-    """Description of a rig (hand with its sensors) that the network is adapted to."""
+    """Constants of one rig (hand or finger with its sensors) that the network is adapted to."""
 
     #: Number of the finger, -1 for all fingers without a rig of their own.
     finger: int
@@ -113,7 +119,7 @@ class RigConstants:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelConstants:
-    """Network that predicts at any time after a contact, adapted to some rigs."""
+    """Constants of the pre-trained network and of the rigs that it is adapted to."""
 
     #: Samples of the signal before a contact.
     before: int
@@ -146,7 +152,7 @@ class ModelConstants:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SvmConstants:
-    """Support vector machine with a radial basis function kernel. Lengths are in samples."""
+    """Constants of a support vector machine (radial basis function). Lengths are in samples."""
 
     samples: int
     #: Quiet signal before the contact: length, distance of its end, and shortest length.
@@ -177,7 +183,10 @@ class SvmConstants:
 
 @dataclass(frozen=True, slots=True)
 class WindowConstants:
-    """Window models: SVMs, or models in Python that the chain calls. Lengths are in samples."""
+    """Constants of window models: of SVMs in C, or of models in Python that the chain calls.
+
+    Lengths are in samples.
+    """
 
     #: Longest signal before a contact that the model uses.
     before: int

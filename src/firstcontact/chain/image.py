@@ -1,6 +1,6 @@
-"""Image of a model: all constants of the C chain as one block of bytes, little-endian.
+"""Image: all constants of a detector and a model for the C chain, as one block of bytes.
 
-``fc_image.c`` reads and checks it, on the computer and on the hand.
+``fc_image.c`` reads and checks the bytes, on the computer and on the hand. They are little-endian.
 """
 
 from __future__ import annotations
@@ -57,12 +57,12 @@ class Image:
 
     @cached_property
     def handle(self) -> Any:
-        """Python object of the C extension for this image. The first access checks the bytes.
+        """Object of the C extension that holds this image. The first access checks the bytes.
 
         Raises
         ------
         InputError
-            The bytes are damaged, or have another version of the format.
+            The bytes are damaged or in another version of the format, or the extension is missing.
         """
         extension = chain_extension()  # its error is none of the image
         try:
@@ -126,12 +126,12 @@ def build_image(
 
 
 def work_memory(image: Image, channels: int) -> int:
-    """Return the number of bytes that a chain needs for ``channels`` vibration channels."""
+    """Return the bytes of memory that a chain with this image and number of channels needs."""
     return int(chain_extension().memory(image.handle, channels))
 
 
 class ArrayWriter:
-    """Writer that puts arrays one after the other, each padded to a multiple of 8 bytes."""
+    """Writer that appends arrays to one block of bytes, each padded to a multiple of 8 bytes."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -146,7 +146,7 @@ class ArrayWriter:
 
 
 def _model_kind(model: Constants | None) -> int:
-    """Return the number of a model's type, as in ``fc_touch.h``."""
+    """Return the number for the kind of a model, as in ``fc_touch.h``."""
     if model is None or isinstance(model, ModelConstants):
         return int(model is not None)
     return 3 if model.svms else 2
@@ -247,5 +247,5 @@ def _put_rig(w: ArrayWriter, r: RigConstants) -> None:
 
 
 def chain_extension() -> Any:
-    """Return the compiled module of the chain. Without it, InputError tells what to install."""
+    """Return the compiled module of the chain. Raise InputError if it is not installed."""
     return load_compiled("firstcontact.chain._compiled")

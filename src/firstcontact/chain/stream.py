@@ -1,4 +1,4 @@
-"""Python class around the C chain, for streams of samples."""
+"""Class that runs the C chain on a stream of samples."""
 
 from __future__ import annotations
 
@@ -33,13 +33,19 @@ Predict = Callable[
 
 
 class PythonDetector(Protocol):
-    """Interface of detectors in Python, which the chain calls for each window."""
+    """Interface of a contact detector in Python, which the chain calls for each window."""
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn from the motor's noise, divided by its standard deviation, (samples, fingers)."""
+        """Adapt to the motor's noise before a contact, shape (samples, fingers).
+
+        ``quiet`` holds this noise, divided by its standard deviation.
+        """
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask (windows, fingers) of contacts in windows (windows, fingers, samples)."""
+        """Return True for each window with a contact in its newest part, shape (windows, fingers).
+
+        ``windows`` has the shape (windows, fingers, samples).
+        """
 
 
 class Chain:
@@ -135,7 +141,7 @@ class Chain:
         )
 
     def take(self, block: Block) -> list[ChainEvent]:
-        """Process the next block of samples. Return the chain's events in it, in time order."""
+        """Process the next block of samples. Return the events in it, in time order."""
         data = np.ascontiguousarray(block.data)
         if data.dtype.char not in "hHidf":
             data = data.astype(np.float64)
@@ -147,26 +153,30 @@ class Chain:
         return self._events(self._module.finish(self._handle, self._functions))
 
     def hint(self, speed: float, error: float, radius: float) -> None:
-        """Set closing speed, its relative error, and radius (SI) for this or the next closing."""
+        """Set what is known besides the signal about the closing in progress, or else the next one.
+
+        It is the closing speed (m/s, 0 if unknown), its relative error, and the object's radius
+        (m).
+        """
         self._module.hint(self._handle, speed, error, radius)
 
     def due(self, most: int) -> int:
-        """Return how many more samples are needed before an event is possible, at most ``most``."""
+        """Return the number of samples until the next event is possible, at most ``most``."""
         return int(self._module.state(self._handle, most)["due"])
 
     @property
     def is_open(self) -> bool:
-        """True during a closing."""
+        """True while the chain is in a closing, which ends some time after the first contact."""
         return bool(self._module.state(self._handle, 1)["is_open"])
 
     @property
     def runs(self) -> bool:
-        """True from the start of a closing until the motor stops, even after the pinch's end."""
+        """True from the start of a closing until the motor stops, also after the pinch's end."""
         return bool(self._module.state(self._handle, 1)["runs"])
 
     @property
     def refused(self) -> int:
-        """Number of motor starts that were ignored, due to a high force, since the last closing."""
+        """Number of motor starts since the last closing that were ignored due to a high force."""
         return int(self._module.state(self._handle, 1)["refused"])
 
     @property
@@ -176,7 +186,7 @@ class Chain:
 
     @property
     def is_confirmed(self) -> bool:
-        """True if no contact of this closing can be withdrawn (cancelled as false) any more."""
+        """True if the contacts of this closing are final: none can be withdrawn as false."""
         return bool(self._module.state(self._handle, 1)["is_confirmed"])
 
     def _events(self, result: Any) -> list[ChainEvent]:

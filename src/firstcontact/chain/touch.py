@@ -1,4 +1,4 @@
-"""Functions of the C chain for contacts that are cut from recordings, and for training."""
+"""Functions of the C chain for contacts that were cut from recordings, and for training."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ INPUTS, TRAITS, HINTS = 241, 16, 5
 
 
 class TouchConstants(NamedTuple):
-    """Numbers of ``fc_touch.h`` and ``fc_gate.h`` that Python reads, too."""
+    """Constants of ``fc_touch.h`` and ``fc_gate.h`` that Python code needs, too."""
 
     believed: float
     tip: float
@@ -31,7 +31,7 @@ class TouchConstants(NamedTuple):
 
 @cache
 def touch_constants() -> TouchConstants:
-    """Return the numbers of the compiled chain."""
+    """Return the constants that were compiled into the chain."""
     return TouchConstants(**chain_extension().constants())
 
 
@@ -59,7 +59,8 @@ def predict_touches(
 ) -> NDArray[np.float64]:
     """Return value, low, high, half width, spread and out-of-range mark per contact, (n, 6).
 
-    ``contacts`` are :attr:`Touches.arrays`.
+    ``contacts`` are :attr:`Touches.arrays`. With ``is_regression``, the rig's regression predicts
+    alone.
     """
     out = np.full((len(contacts[0]), 6), np.nan)
     chain_extension().predict(image.handle, *_contacts(*contacts), is_regression, out)
@@ -67,14 +68,20 @@ def predict_touches(
 
 
 def rig_inputs(image: Image, *contacts: Array) -> NDArray[np.float32]:
-    """Return the inputs of the network for contacts of the rigs in the image, (n, INPUTS)."""
+    """Return the network's inputs for contacts of the rigs in the image, shape (n, INPUTS).
+
+    ``contacts`` are :attr:`Touches.arrays`.
+    """
     out = np.empty((len(contacts[0]), INPUTS), np.float32)
     chain_extension().rig_inputs(image.handle, *_contacts(*contacts), out)
     return out
 
 
 def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.float64]:
-    """Return mean and standard deviation of the network's prediction for inputs, shape (n, 2)."""
+    """Return mean and standard deviation of the network's predictions, Shore A, shape (n, 2).
+
+    ``inputs`` has the shape (n, INPUTS). ``terms`` are the vectors by which rigs shift the network.
+    """
     out = np.empty((len(inputs), 2))
     chain_extension().network(image.handle, _singles(inputs), _singles(terms), out)
     return out
@@ -83,9 +90,9 @@ def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.floa
 def predict_window(
     image: Image, signal: NDArray[np.float64], lead: int
 ) -> tuple[float, float, float] | None:
-    """Return value, lower and upper bound that the image's SVM predicts for one contact.
+    """Return the prediction of the image's SVM for one contact, with lower and upper bound.
 
-    ``signal`` has ``lead`` samples before the contact. Return None if it cannot be used.
+    ``signal`` (V) has ``lead`` samples before the contact. Return None if the signal is unusable.
     """
     made: tuple[float, float, float] | None
     made = chain_extension().svm(image.handle, _doubles(signal), lead)
@@ -93,9 +100,9 @@ def predict_window(
 
 
 def svm_outputs(image: Image, windows: Array, outputs: int) -> NDArray[np.float32]:
-    """Return an SVM's prediction for each window, or its votes for each class, (n, outputs).
+    """Return the predictions of the image's SVM, or its votes for each class, (n, outputs).
 
-    The windows must vary. NaN stands for numbers that are not finite.
+    The ``windows`` must vary. An output that is not finite becomes NaN.
     """
     out = np.empty((len(windows), outputs), np.float32)
     chain_extension().svm_outputs(image.handle, _singles(windows), out)
@@ -105,7 +112,10 @@ def svm_outputs(image: Image, windows: Array, outputs: int) -> NDArray[np.float3
 def touch_inputs(
     signals: Array, valid: Array, before: int, level: Array, sign: Array, hints: Array
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return the network's inputs for contacts, and the features that tell if they are unusual."""
+    """Return the network's inputs for contacts, and features that show if a contact is unusual.
+
+    The shapes are (n, INPUTS) and (n, TRAITS).
+    """
     n = len(signals)
     inputs, traits = np.empty((n, INPUTS), np.float32), np.empty((n, TRAITS))
     chain_extension().inputs(
@@ -124,7 +134,10 @@ def touch_inputs(
 def spectra(
     signals: Array, sine: Array, fade: Array, part: Array, cell: Array
 ) -> NDArray[np.float32]:
-    """Return the spectra of the signals before contacts, shape (n, 400)."""
+    """Return the spectrum of the signal before each contact, shape (n, LINES).
+
+    ``sine``, ``fade``, ``part`` and ``cell`` are constants from :func:`spectrum_constants`.
+    """
     out = np.empty((len(signals), LINES), np.float32)
     chain_extension().spectra(_singles(signals), len(fade), sine, fade, part, cell, out)
     return out
@@ -133,7 +146,10 @@ def spectra(
 def shifts(
     heard: NDArray[np.float32], reference: NDArray[np.float32]
 ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """Return the shift of each spectrum against a reference, in points, and the correlation."""
+    """Return how far each spectrum is shifted against a reference, and the correlation then.
+
+    Shifts are in points of the spectrum. Both arrays have the shape (n,).
+    """
     n = len(heard)
     shift, correlation = np.empty(n, np.int32), np.empty(n, np.float32)
     chain_extension().shifts(_singles(heard), _singles(reference), shift, correlation)
@@ -145,7 +161,10 @@ ORDER, FEATURES = 12, 16
 
 
 def fit_predictions(quiet: Array) -> NDArray[np.float64]:
-    """Return filters that predict a motor's noise, so that it can be subtracted."""
+    """Return filters that predict a motor's noise from earlier samples, shape (n, ORDER + 1).
+
+    ``quiet`` holds n signals without contact. The filters are used to subtract the noise.
+    """
     rows = _doubles(quiet)
     out = np.empty((len(rows), ORDER + 1))
     chain_extension().fit_predictions(rows, rows.shape[1], out)
@@ -155,9 +174,10 @@ def fit_predictions(quiet: Array) -> NDArray[np.float64]:
 def look_features(
     looks: Array, weights: Array, lengths: Sequence[int], floor: float
 ) -> NDArray[np.float64]:
-    """Return the loudness of windows in several spans, before and after noise is predicted away.
+    """Return the features of looks (windows), shape (n, FEATURES).
 
-    ``weights`` are the filters that predict the noise.
+    They are the loudness in several spans, before and after the noise that ``weights`` predict is
+    subtracted. ``lengths`` are the spans' lengths, samples.
     """
     rows = _doubles(looks)
     out = np.empty((len(rows), FEATURES))

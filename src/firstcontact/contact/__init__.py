@@ -1,4 +1,4 @@
-"""Contact detectors, one per file. They find when a finger touches, from its vibration."""
+"""Contact detectors, one per file. They find the sample at which a finger touches an object."""
 
 import lazy_loader
 

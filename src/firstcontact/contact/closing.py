@@ -14,7 +14,7 @@ from firstcontact.core import Block, Calibration, Contact, Layout
 
 @dataclass(frozen=True, slots=True)
 class ClosingBegan:
-    """Event: a closing started. ``sample`` is its first sample."""
+    """Event: the hand started to close. ``sample`` is the first sample of the closing."""
 
     sample: int
     epoch: int
@@ -22,7 +22,7 @@ class ClosingBegan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosingSamples:
-    """Event: samples of a closing, with the contacts detected in them."""
+    """Event: new samples of a closing, with the contacts detected in these samples."""
 
     block: Block
     contacts: tuple[Contact, ...]
@@ -31,7 +31,7 @@ class ClosingSamples:
 
 @dataclass(frozen=True, slots=True)
 class ClosingEnded:
-    """Event: a closing ended, also because samples are missing or a new epoch began."""
+    """Event: a closing ended, because the motor rests, samples are missing or a new epoch began."""
 
     #: First sample after the closing.
     sample: int
@@ -46,7 +46,7 @@ _log = logging.getLogger("firstcontact.contact")
 
 
 class Closings:
-    """Splitter that cuts a stream into closings and detects the contacts in each."""
+    """Splitter that divides a stream into closings of the hand, and detects contacts in each."""
 
     def __init__(
         self, layout: Layout, detector: Detector, calibration: Calibration | None = None
@@ -58,7 +58,7 @@ class Closings:
         self._epoch = 0
 
     def update(self, block: Block) -> Iterator[ClosingEvent]:
-        """Process the next block and yield its events in order."""
+        """Process the next block of samples. Yield the events in it, in time order."""
         events = self._chain.take(block)
         # Until a closing begins, events belong to the epoch of the closing before.
         epoch, self._epoch = self._epoch, block.epoch

@@ -1,4 +1,4 @@
-"""Search for the sample at which the hand starts to close. Detectors get samples from there."""
+"""Search for the sample at which the hand starts to close, from which detectors are applied."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ RUNNING_OF_FEW = 2.0
 
 
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
-    """Return the noise floors of the fingers from pinches that begin at rest, else None."""
+    """Return each finger's noise at rest, from pinches that begin at rest; None if they do not."""
     running = RUNNING_OF_FEW if len(pinches) < FEW else touch_constants().running
     starts = [start for p in pinches if (start := _start(p, running))]
     if not starts:
@@ -62,10 +62,10 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
 
 
 def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return each finger's RMS at rest, and with a running motor (0 if it is inaudible), V.
+    """Return each finger's RMS at rest, and with a running motor (0 if inaudible), V, (fingers,).
 
-    A motor runs if the RMS exceeds that at rest by the factor ``running``. The result is None if
-    the pinch is too short.
+    A motor counts as running if the RMS exceeds that at rest by the factor ``running``. Return None
+    if the pinch is too short.
     """
     samples = samples_in(GATE_STEP, pinch.layout.rate)
     if not samples:  # the rate is too low
@@ -96,7 +96,11 @@ def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def step_powers(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the power of each step about the median level, in all runs of 13 steps."""
+    """Return the power of each step of samples, in all runs of 13 steps, V².
+
+    ``piezo`` has the shape (steps, samples, fingers). The power is that around the run's median
+    level. The shape of the result is (runs, fingers, 13).
+    """
     samples = piezo.shape[1]
     total = sliding_window_view(piezo.sum(axis=1), STEPS, axis=0)
     squares = sliding_window_view((piezo**2).sum(axis=1), STEPS, axis=0)
@@ -106,7 +110,7 @@ def step_powers(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def median(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the median along the last axis of odd length, 10 times faster than numpy.median."""
+    """Return the median along the last axis, whose length must be odd. Faster than numpy.median."""
     middle = x.shape[-1] // 2
     out: NDArray[np.float64] = np.partition(x, middle)[..., middle]
     return out
@@ -127,19 +131,22 @@ class StartMethod(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class DetectionStart:
-    """First sample that a detector gets, and the method that found it."""
+    """Sample from which a detector is applied to a pinch, and the method that found it."""
 
     sample: int
     how: StartMethod
 
 
 def settling(layout: Layout) -> int:
-    """Return the number of samples that a motor needs to settle after its start."""
+    """Return the number of samples from the start of a motor until it runs steadily."""
     return STEPS * samples_in(GATE_STEP, layout.rate)
 
 
 def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionStart:
-    """Return the sample of a pinch from which the motor runs steadily, and how it was found."""
+    """Return the sample from which the motor runs steadily, and the method that found it.
+
+    ``floors`` are the noise floors of the session's pinches, used if the pinch states none.
+    """
     first = pinch.first_sample
     end = first + len(pinch.data)
     if pinch.motor_start is not None:
@@ -159,7 +166,7 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionS
 
 
 def closing_starts(dataset: Dataset) -> tuple[DetectionStart, ...]:
-    """Return for each pinch the sample from which detectors get it, and how it was found."""
+    """Return for each pinch the sample from which the motor runs steadily, and the method."""
     floors = {id(p): floor for group in _rigs(dataset.pinches) for p, floor in _shared(group)}
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 
@@ -175,7 +182,10 @@ class RecordedClosing:
 
 
 def recorded_closings(recording: Recording, rate: float) -> tuple[RecordedClosing, ...]:
-    """Return the closings of a recording's complete pinches, in sample numbers at ``rate``, Hz."""
+    """Return the closings of all complete pinches of a recording, in time order.
+
+    Their samples are counted at ``rate``, Hz.
+    """
     pairs = [(mark.epoch, cut(recording, mark)) for mark in recording.pinches]
     dataset = resample_dataset(Dataset(tuple(p for _, p in pairs if p is not None)), rate)
     return tuple(
@@ -192,7 +202,7 @@ def recorded_closings(recording: Recording, rate: float) -> tuple[RecordedClosin
 
 
 def cut_closings(dataset: Dataset, starts: Sequence[DetectionStart] | None = None) -> Dataset:
-    """Cut all pinches to begin where their closing does, for training and scoring detectors."""
+    """Return the pinches without the samples before ``starts``, to train and score detectors."""
     all_starts = closing_starts(dataset) if starts is None else starts
     pairs = zip(dataset.pinches, all_starts, strict=True)
     return replace(dataset, pinches=tuple(_cut(p, start.sample) for p, start in pairs))
@@ -208,14 +218,14 @@ WORDS = {
 
 
 def describe_starts(counts: Mapping[str, int]) -> str:
-    """Return a text on how the starts of closings were found, and in how many pinches each."""
+    """Return a text on the methods that found the starts of closings, with their counts."""
     descriptions = [(WORDS[StartMethod(how)], n) for how, n in counts.items()]
     parts = [f"{words} ({n:,})" if len(descriptions) > 1 else words for words, n in descriptions]
     return f"steady states begin {', '.join(parts)}"
 
 
 def count_starts(starts: Sequence[DetectionStart]) -> dict[str, int]:
-    """Return the number of closings for each method that found their start."""
+    """Return the number of closings per method that found their start. Keys are method names."""
     counts = Counter(start.how for start in starts)
     return {str(how): counts[how] for how in StartMethod if counts[how]}
 
@@ -233,7 +243,7 @@ def _has_all_floors(calibration: Calibration, layout: Layout) -> bool:
 
 
 def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
-    """Return the sample at which the motor becomes audible after rest, or None."""
+    """Return the sample at which the motor becomes audible after rest; None if it does not."""
     gate = Chain(_gate_image(pinch.layout.rate), pinch.layout, calibration)
     # The gate needs 13 steps to recognise rest, after a first one of unknown state.
     lead = settling(pinch.layout) + samples_in(GATE_STEP, pinch.layout.rate)
@@ -247,12 +257,12 @@ def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
 
 @lru_cache(maxsize=8)
 def _gate_image(rate: float) -> Image:
-    """Return the constants of a chain that detects closings but no contacts."""
+    """Return the constants for a C chain that detects closings of the hand, but no contacts."""
     return build_image(rate)
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """Return the pinches without a known motor start, in one list per session."""
+    """Return the pinches without a known motor start, as one list for each large session."""
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
         if pinch.motor_start is None and pinch.layout.vibration_fingers:

@@ -29,7 +29,11 @@ def contact_chain(
     keeps_first_state: bool = False,
     is_traced: bool = False,
 ) -> Chain:
-    """Return a chain that detects closings and contacts. A closing lasts until the motor rests."""
+    """Return a C chain that detects closings of the hand, and the contacts in them.
+
+    A closing lasts until the motor rests. ``keeps_first_state`` measures the motor's noise only
+    once, and ``is_traced`` stores the decision for each window.
+    """
     constants = detector.chain_constants(layout.rate)
     return Chain(
         build_image(layout.rate, constants, after=ENDLESS / layout.rate),
@@ -47,7 +51,7 @@ def contact_of(event: ChainEvent, layout: Layout) -> Contact:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDecisions:
-    """Contacts and decisions of a detector in one pinch."""
+    """Decisions of a detector for all windows of one pinch, and its first contact."""
 
     windows: WindowDecisions
     #: The same decisions, but relative to the first steady state of the pinch, as published.
@@ -57,7 +61,7 @@ class PinchDecisions:
 
 
 def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
-    """Judge the windows of a pinch by a detector, from its start to the sample ``until``."""
+    """Apply a detector to all windows of a pinch, at least up to the sample ``until``."""
     layout = pinch.layout
     chain = contact_chain(detector, layout, is_traced=True)
     windows: list[tuple[int, ...]] = []
@@ -73,7 +77,10 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
 
 
 def judge_windows(detector: Detector, layout: Layout, *blocks: Block) -> WindowDecisions:
-    """Judge all windows of a closing. The motor's noise is measured only once, at its start."""
+    """Apply a detector to all windows of a closing, given as consecutive blocks of samples.
+
+    The motor's noise is measured only once, at the start.
+    """
     chain = contact_chain(detector, layout, keeps_first_state=True, is_traced=True)
     windows: list[tuple[int, ...]] = []
     for block in blocks:
@@ -83,7 +90,7 @@ def judge_windows(detector: Detector, layout: Layout, *blocks: Block) -> WindowD
 
 
 def _decisions(windows: Sequence[tuple[int, ...]], layout: Layout) -> WindowDecisions:
-    """Return the decisions that the chain has stored for each window."""
+    """Return the decisions for windows from the rows that the chain has stored for them."""
     rows = np.array(windows, np.int64).reshape(-1, 1 + len(layout.vibration_fingers))
     return WindowDecisions(rows[:, 0], rows[:, 1:] >= 0, rows[:, 1:])
 
@@ -91,7 +98,7 @@ def _decisions(windows: Sequence[tuple[int, ...]], layout: Layout) -> WindowDeci
 def _standing(
     events: Sequence[ChainEvent], layout: Layout, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the contacts in ``earlier`` and ``events`` that were not withdrawn later."""
+    """Return the contacts in ``earlier`` and then ``events``, without those that were withdrawn."""
     contacts = list(earlier)
     for event in events:
         if event.kind == EventKind.CONTACT_FOUND:
@@ -102,7 +109,7 @@ def _standing(
 
 
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
-    """Yield a pinch in pieces of ``PIECE`` s. The last can be shorter."""
+    """Yield a block up to the sample ``until``, then the rest in pieces of ``PIECE`` s."""
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)
     yield Block(block.data[:end], block.first_sample, block.epoch)
@@ -137,7 +144,7 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
 
 
 def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
-    """Return the first contact that :func:`detect` returns, or None."""
+    """Return the first contact in a recorded pinch, as :func:`detect` returns it, or None."""
     chain = contact_chain(detector, pinch.layout)
     contacts: list[Contact] = []
     for piece in _pieces(_block(pinch, closing_start(pinch).sample), 0, pinch.layout.rate):

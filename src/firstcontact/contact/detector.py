@@ -19,7 +19,7 @@ from firstcontact.signal import samples_in
 
 @dataclass(frozen=True, slots=True)
 class WindowSizes:
-    """Lengths of window, step and steady state (noise before a contact), in samples."""
+    """Lengths of a window, of the step between windows, and of the steady state, in samples."""
 
     window: int
     step: int
@@ -28,7 +28,7 @@ class WindowSizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowDecisions:
-    """Decisions of a detector for single windows: its end, and a contact per finger."""
+    """Decisions of a detector for windows: a contact or none, for each window and channel."""
 
     #: Number of the last sample of each window, shape (windows,).
     ends: NDArray[np.int64]
@@ -80,20 +80,23 @@ class Detector:
         return None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Train the detector on pinches with labelled contacts. By default do nothing.
+        """Train the detector on pinches with labelled contacts, and return it.
 
-        A label may be up to ``early`` s later than the true contact. Raise InputError if there are
-        too few pinches for training.
+        The base class does nothing. A label may be up to ``early`` s later than the true contact.
+        Raise InputError if there are too few pinches for training.
         """
         return self
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return a detector for a layout without training data, by default ``cls()``."""
+        """Return a detector for this layout that needs no training data.
+
+        The base class returns ``cls()``.
+        """
         return cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned numbers and options as named arrays, to save them. By default none."""
+        """Return all learned numbers and options as named arrays, to save them; none by default."""
         return {}
 
     @classmethod
@@ -113,15 +116,15 @@ class Detector:
     def settled(self, quiet: NDArray[np.float64]) -> None:
         """Adapt to the motor's noise before a contact (steady state). By default do nothing.
 
-        ``quiet`` are its samples divided by their standard deviation, shape (samples, fingers). The
-        chain calls this method when the first steady state is complete, and again when a quieter
-        one replaces it. A finger that keeps its earlier steady state keeps the earlier standard
-        deviation.
+        ``quiet`` holds samples of this noise divided by their standard deviation, shape (samples,
+        fingers). The chain calls this method when the first steady state is complete, and again
+        when a quieter one replaces it. A finger that keeps its earlier steady state keeps the
+        earlier standard deviation.
         """
 
     @classmethod
     def sizes(cls, rate: float) -> WindowSizes:
-        """Return the lengths of window, step and steady state, in samples, at a rate in Hz."""
+        """Return the lengths of window, step and steady state, in samples at ``rate``, Hz."""
         return WindowSizes(
             samples_in(cls.duration, rate),
             max(1, samples_in(cls.step, rate)),
@@ -130,7 +133,11 @@ class Detector:
 
     @classmethod
     def _constants(cls, rate: float, kind: DetectorKind, **constants: Any) -> DetectorConstants:
-        """Return constants of the given type for this class, with its lengths at ``rate`` Hz."""
+        """Return constants of the chain for this class of detector at ``rate``, Hz.
+
+        ``constants`` are those that only this ``kind`` has. Raise ModelError for an unsuitable
+        rate.
+        """
         sizes = cls.sizes(rate)
         if sizes.window < 2 * LEAST_LOUD:
             raise ModelError(
@@ -146,11 +153,11 @@ class Detector:
         return DetectorConstants(kind, sizes.window, sizes.step, sizes.steady, search, **constants)
 
     def chain_constants(self, rate: float) -> DetectorConstants:
-        """Return the constants with which the chain runs this detector at a rate in Hz.
+        """Return the constants with which the chain runs this detector at ``rate``, Hz.
 
         The chain is the C code for all steps from a sample to an estimate. With the constants that
-        this base class returns, it calls :meth:`settled` and :meth:`fires`. Raise InputError if the
-        detector cannot run at the rate.
+        this base class returns, the chain calls :meth:`settled` and :meth:`fires`. Raise InputError
+        if the detector cannot run at the rate.
         """
         return self._constants(rate, DetectorKind.PYTHON)
 
@@ -160,7 +167,7 @@ LARGEST = 1e100
 
 
 class TrainedDetector(Detector):
-    """Base class of contact detectors that must be trained."""
+    """Base class of contact detectors that must be trained or loaded before use."""
 
     learns: ClassVar[bool] = True
     #: Lowest rate, Hz. Below it some part of a window has no samples.
@@ -173,16 +180,16 @@ class TrainedDetector(Detector):
     @property
     @abstractmethod
     def trained(self) -> bool:
-        """True after training or loading."""
+        """True if the detector was trained or loaded, so that it can detect contacts."""
 
     @property
     def rate(self) -> float | None:
-        """Sampling rate of the training data, Hz; None before training."""
+        """Sampling rate of the training data, which samples must have, Hz; None before training."""
         return self._rate or None
 
     @property
     def noun(self) -> str:
-        """Title of the detector for use within a sentence."""
+        """Title of the detector as written within a sentence, such as "logistic" or "SVM"."""
         return self.title if self.title.isupper() else self.title.lower()
 
     def chain_constants(self, rate: float) -> DetectorConstants:
@@ -202,7 +209,10 @@ class TrainedDetector(Detector):
             raise ModelError(f"the {self.noun} detector has not been trained: {otherwise}")
 
     def _window_sizes(self, dataset: Dataset) -> tuple[float, WindowSizes]:
-        """Return the sampling rate of the training data, Hz, and the window's lengths at it."""
+        """Return the sampling rate of the training data, Hz, and the lengths of windows at it.
+
+        Raise ModelError if the rate is too low.
+        """
         rate = dataset.layout.rate if len(dataset) else self.lowest
         if rate < self.lowest:
             raise ModelError(
@@ -227,7 +237,7 @@ def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
 
 
 def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) -> Dataset:
-    """Return up to ``most`` usable pinches, evenly spread over the dataset."""
+    """Return at most ``most`` pinches that are :func:`usable`, evenly spaced over the dataset."""
     usable_positions = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
     spaced = np.linspace(0, max(0, len(usable_positions) - 1), min(most, len(usable_positions)))
     return dataset.take(usable_positions[spaced.round().astype(np.intp)])
@@ -236,7 +246,7 @@ def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) ->
 def stored_array(
     arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...]
 ) -> NDArray[np.float64]:
-    """Return an array of a saved detector. Raise ModelError for another shape."""
+    """Return a named array of a saved detector. Raise ModelError if it is missing or damaged."""
     value = np.array(arrays.get(name, np.nan), dtype=np.float64)
     if value.shape != shape or not (np.abs(value) < LARGEST).all():
         raise ModelError(f"the detector's array {name!r} is missing or damaged: train it again")

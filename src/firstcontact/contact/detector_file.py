@@ -34,7 +34,7 @@ DETECTOR_WEIGHTS = "detector.safetensors"
 
 @dataclass(frozen=True, slots=True)
 class DetectorCard:
-    """Fields of a detector's card."""
+    """Card of a detector (``detector.json``): name, sampling rate, and hash of its arrays."""
 
     name: Name
     rate_hz: Rate | None = None
@@ -44,11 +44,11 @@ class DetectorCard:
 def save_detector(
     detector: Detector, directory: AnyPath, data: Mapping[str, Any] | None = None
 ) -> Path:
-    """Save a fitted contact detector in a folder, such as the folder of a model. Return the folder.
+    """Save a contact detector in a folder, such as that of a model. Return the folder.
 
     The folder is created if necessary, and a detector in it is replaced. ``data`` is a description
-    of the training data, which is stored in ``detector.json``. Raise InputError if the detector is
-    not trained.
+    of the training data, which is stored in ``detector.json``. Raise InputError if the detector
+    must be trained first.
     """
     directory = Path(directory)
     arrays = detector.to_arrays()
@@ -64,7 +64,7 @@ def save_detector(
 
 
 def card_digest(directory: Path) -> str:
-    """Return the checksum of the detector's card in a folder, as stored in model cards."""
+    """Return the hash of the detector's card in a folder, which the model's card stores."""
     return digest((directory / CARD).read_bytes())
 
 
@@ -74,7 +74,7 @@ def pretrained_detector() -> Detector:
 
 
 def general_detector(layout: Layout) -> Detector:
-    """Return a contact detector for a hand with this layout, without pinches of this hand.
+    """Return a contact detector for a hand with this layout that needs no pinches of the hand.
 
     It is the package's trained detector if all sensors are on fingers and the sampling rate is that
     of its training. Otherwise it is a detector that needs no training.
@@ -87,7 +87,7 @@ def general_detector(layout: Layout) -> Detector:
 
 
 def is_pretrained(detector: Detector) -> bool:
-    """Return True if this is the package's own detector, not trained further."""
+    """Return True if this is the detector in the package, unchanged."""
     shipped = pretrained_detector()
     if (detector.name, detector.rate) != (shipped.name, shipped.rate):
         return False
@@ -109,24 +109,24 @@ def load_detector(path: AnyPath) -> Detector:
     card = read_card(file, "detector", DETECTOR_FORMAT, FORMAT_VERSION, DetectorCard)
     if card.name not in DETECTORS:
         raise ModelError(
-            f"{file}: no detector is called {card.name!r} "
-            f"(available: {', '.join(DETECTORS.names)}): update firstcontact or train again"
+            f"{file} needs the detector {card.name!r}, but there are only "
+            f"{', '.join(DETECTORS.names)}: update firstcontact or train again"
         )
     kind = DETECTORS[card.name]
     if card.sha256 is not None:
         arrays = read_weights(folder / DETECTOR_WEIGHTS, card.sha256, CARD)
     elif kind.learns:
-        raise ModelError(f"{file}: the field 'sha256' is missing: train again")
+        raise ModelError(f"{file} lacks the field 'sha256': train again")
     else:
         arrays = {}
     try:
         with np.errstate(all="ignore"):  # the decision refuses values that overflow
             detector = kind.from_arrays(arrays)
     except InputError as error:
-        raise ModelError(f"{folder / DETECTOR_WEIGHTS}: {error}") from None
+        raise ModelError(f"{folder / DETECTOR_WEIGHTS} cannot be used, because {error}") from None
     if card.rate_hz != detector.rate:
         raise ModelError(
-            f"{file}: the field 'rate_hz' is {card.rate_hz!r}, but the detector in "
+            f"the field 'rate_hz' of {file} is {card.rate_hz!r}, but the detector in "
             f"{DETECTOR_WEIGHTS} was trained at {detector.rate!r}: train again"
         )
     return detector

@@ -1,4 +1,4 @@
-"""Search for contacts in whole recordings, which a person then confirms."""
+"""Search for contacts in whole recordings, for a person to confirm."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ LEAST_LOUD = 3
 
 
 def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
-    """Return the sample of each window that best separates a quiet part from a loud one."""
+    """Return the sample in each window that best separates a quiet part from a loud one.
+
+    Windows have the shape (n, samples). Only the last ``search`` samples of a window are
+    candidates.
+    """
     n = windows.shape[1]
     first = max(LEAST_LOUD, n - search)
     counts, weights = _sides(n, first)
@@ -37,7 +41,10 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the numbers of samples before and after each possible split, and their weights."""
+    """Return the numbers of samples on both sides of each split of ``n`` samples, and weights.
+
+    Splits begin at the sample ``first``. The shapes are (2, 1, splits).
+    """
     left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
     counts = np.stack([left, n - left])[:, None]
     weights = np.stack([left, n - left - 1])[:, None]
@@ -64,7 +71,11 @@ QUIET_SHARE, PIECE = 0.2, 0.010
 
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """Contact that was found in a recording, to be confirmed by a person."""
+    """Contact that was found in a recording, for a person to confirm.
+
+    ``column`` is the channel, and ``loudness`` the level after the contact relative to the quiet
+    level.
+    """
 
     column: int
     sample: int
@@ -72,7 +83,7 @@ class Onset:
 
 
 def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
-    """Return all contacts in whole signals, in time order."""
+    """Return all contacts in whole signals, shape (samples, channels), in time order."""
     onsets = []
     for column in range(signals.shape[1]):
         onsets += [Onset(column, *onset) for onset in _find_in_channel(signals[:, column], rate)]
@@ -80,7 +91,7 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
 
 
 def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, float]]:
-    """Return (sample, loudness) of each contact in one channel."""
+    """Return sample and loudness of each contact in one channel, in time order."""
     ahead, behind, apart, lag = (
         max(1, samples_in(span, rate)) for span in (AHEAD, BEHIND, APART, CHANGE)
     )
@@ -114,7 +125,10 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the RMS of a signal before and after each of the samples in ``places``."""
+    """Return the RMS of a signal before and after each sample in ``places``.
+
+    The spans have ``behind`` samples before and ``ahead`` samples after it.
+    """
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
     mean = (sums[places] - sums[places - behind]) / behind
@@ -125,7 +139,10 @@ def _levels(
 
 
 def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
-    """Return the sample near the leap at ``place`` that best separates quiet from loud samples."""
+    """Return the start of a contact, near the sample ``place`` at which the loudness leaps.
+
+    It is the sample that best separates quiet from loud samples.
+    """
     earlier, later = samples_in(EARLIER, rate), samples_in(LATER, rate)
     start, stop = max(0, place - earlier), min(len(x), place + later)
     if stop - start < 2 * LEAST_LOUD:
@@ -136,7 +153,7 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
 
 
 def _quiet(x: NDArray[np.float64], piece: int) -> float:
-    """Return the noise level of a signal: a low quantile of its pieces' standard deviations."""
+    """Return the noise level of a signal: a low quantile of standard deviations of its pieces."""
     pieces = x[: len(x) // piece * piece].reshape(-1, piece)
     pieces = pieces[np.ptp(pieces, axis=1) > 0]
     return float(np.quantile(pieces.std(axis=1), QUIET_SHARE)) if len(pieces) else 0.0

@@ -1,6 +1,6 @@
 """Contact detector: a logistic regression on the loudness of the signal.
 
-It judges a window (look) every 0.4 ms. Four consecutive looks must agree.
+It scores a window, called a look, every 0.4 ms. Four consecutive looks must agree.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ EACH = len(PARTS) + 3
 
 
 def parts(rate: float) -> list[int]:
-    """Return the lengths of the spans at a window's end whose loudness counts, in samples."""
+    """Return the lengths of the spans at a window's end whose loudness is a feature, in samples.
+
+    ``rate`` is in Hz.
+    """
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
@@ -64,7 +67,12 @@ MOST = 40_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """Features of the windows (looks) that the detector judges in one pinch, by finger."""
+    """Features of all looks (windows) in one pinch, finger by finger, with masks of shape (looks,).
+
+    ``quiet`` marks looks before their finger's contact, ``shows`` looks that show it, ``early``
+    looks before the pinch's first contact, and ``due`` looks at which its detection is in time.
+    ``begins`` holds the first row of each finger.
+    """
 
     features: NDArray[np.float64]
     quiet: NDArray[np.bool_]
@@ -74,7 +82,10 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest score of a window before the first contact, and soon after it."""
+        """Return the highest score before the first contact, and the highest one soon after it.
+
+        A score is the least of four consecutive looks. ``line`` holds weights, then the intercept.
+        """
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):
@@ -89,7 +100,10 @@ class Looks:
 def add_clicks(
     x: NDArray[np.float64], weights: NDArray[np.float64], stop: int, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return a channel with added random clicks, as the gears of this hand could make them."""
+    """Return one channel with random clicks added, which resemble clicks of this hand's gears.
+
+    ``weights`` predict the noise of the motor. Clicks start before the sample ``stop``.
+    """
     burst = np.zeros(len(x))
     for start in rng.integers(0, max(1, stop), rng.poisson(CLICKS * stop / len(x))):
         length = int(rng.integers(1, CLICK_LENGTH + 1))
@@ -105,7 +119,7 @@ def add_clicks(
 
 
 def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
-    """Return the features of all windows in a pinch whose first contact is labelled."""
+    """Return the looks of a pinch whose first contact is labelled, with random clicks added."""
     layout, rate = pinch.layout, pinch.layout.rate
     smooth = DeviceSmoothing(layout).update(pinch.vibration())
     steady = SteadyState.measure(smooth[: sizes.steady])
@@ -158,7 +172,11 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in standard deviations of the motor's noise, and filters that predict it."""
+    """Return windows in standard deviations of the motor's noise, and filters that predict it.
+
+    As in the chain, a quieter steady state replaces the first one, at samples before ``last``.
+    ``ends`` are the ends of the windows in the channel ``x``.
+    """
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
     state = SteadyState.measure(x[:steady, None])
     (ringing,) = fit_predictions(state.normalise(x[:steady, None]).T)
@@ -176,14 +194,17 @@ def _settled(
 
 
 def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a score per look, shape (looks,). A positive score means a contact."""
+    """Return a score per look, shape (looks,). A positive score means a contact.
+
+    ``line`` holds weights, then the intercept.
+    """
     # A matrix product would round differently for other numbers of rows.
     out: NDArray[np.float64] = (features * line[:-1]).sum(axis=1) + line[-1]
     return out
 
 
 def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
-    """Fit a logistic regression with balanced classes. Return its weights, then its intercept."""
+    """Fit a logistic regression with balanced classes. Return weights, then the intercept."""
     require_modules("train", "sklearn")
     from sklearn.linear_model import LogisticRegression
 
@@ -201,7 +222,10 @@ def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
 
 
 def best_threshold(levels: NDArray[np.float64]) -> float:
-    """Return the threshold on scores with the fewest false alarms and late decisions."""
+    """Return the threshold on scores with the fewest false alarms and late decisions.
+
+    ``levels`` holds the result of :meth:`Looks.levels` for each pinch, shape (pinches, 2).
+    """
     quiet, loud = levels.T
     candidates = np.linspace(quiet.min(), max(loud.max(), quiet.max()), 1001)
 
@@ -239,7 +263,7 @@ class LogisticDetector(TrainedDetector):
         return self._line is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches with known first contacts, each from the start of its closing."""
+        """Train on pinches with known first contacts, from where the hand starts to close."""
         dataset = cut_closings(dataset)
         rate, sizes = self._window_sizes(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
@@ -278,7 +302,7 @@ class LogisticDetector(TrainedDetector):
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return sampling rate, weights, and intercept minus threshold as named arrays."""
+        """Return the sampling rate, and weights with the intercept minus the threshold."""
         self._require_training("there is nothing to save")
         assert self._line is not None
         return {"line": self._line, "rate": np.asarray(self._rate)}

@@ -32,7 +32,7 @@ SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
 
 
 def make_detector(name: str, **options: Any) -> Detector:
-    """Return an untrained detector by its name. ``options`` go to its constructor."""
+    """Return an untrained detector by its name. ``options`` are arguments of its constructor."""
     kind = DETECTORS.find(name)
     with DETECTORS.convert_errors(name):
         return kind(**options)
@@ -44,5 +44,5 @@ def untrained_name() -> str:
 
 
 def untrained_detector(layout: Layout) -> Detector:
-    """Return a detector that needs no training, with limits suited to this layout."""
+    """Return a detector that needs no training, with a threshold suited to this layout."""
     return DETECTORS[untrained_name()].untrained(layout)

@@ -1,4 +1,4 @@
-"""Slip detectors: they hear from the fingers' vibration that a held object slides."""
+"""Slip detectors: they detect from the fingers' vibration that a held object slides."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ THRESHOLD = 1.5
 
 
 class SlipDetector(ABC):
-    """Base class of slip detectors, which hear from the vibration that a held object slides."""
+    """Base class of slip detectors, which detect from vibration that a held object slides."""
 
     #: Name on the command line and in the registry :data:`SLIP_DETECTORS`.
     name: ClassVar[str]
@@ -44,21 +44,21 @@ class SlipDetector(ABC):
     def hold(self) -> None:
         """Start to detect slips: from the next sample on, the hand holds an object.
 
-        Programs call this method again after each command to the hand.
+        Call this method again after each command to the hand.
         """
 
     @abstractmethod
     def release(self) -> None:
-        """Stop detecting slips: the hand holds no object any more."""
+        """Stop to detect slips: the hand holds no object any more."""
 
     @abstractmethod
     def update(self, block: Block) -> list[int]:
-        """Process the next block. Return the device numbers of the samples that reveal a slip."""
+        """Process the next block. Return the device's numbers of samples that show a slip."""
 
 
 @dataclass(slots=True)
 class _Hold:
-    """State while the hand holds an object: last samples, and the level without slip."""
+    """State while the hand holds an object: latest samples, and the power without slip."""
 
     part: NDArray[np.float64]  # samples of the piece in progress
     sum: NDArray[np.float64]
@@ -103,7 +103,7 @@ class PowerSlipDetector(SlipDetector):
         self.release()
 
     def hold(self) -> None:
-        """Begin to learn the level without slip again, from the next sample on."""
+        """Start to detect slips. The level without slip is learned from the next samples first."""
         fingers = self._state.shape[2]
         self._held = _Hold(np.zeros((0, fingers)), np.zeros(fingers))
         self.loudness = float("nan")
@@ -113,7 +113,10 @@ class PowerSlipDetector(SlipDetector):
         self.loudness = float("nan")
 
     def update(self, block: Block) -> list[int]:
-        """Process the next block. After missing samples, learn the level without slip again."""
+        """Process the next block. Return the device's numbers of samples that show a slip.
+
+        After missing samples, the level without slip is learned again.
+        """
         from scipy.signal import sosfilt
 
         if not len(block.data):
@@ -143,7 +146,10 @@ class PowerSlipDetector(SlipDetector):
         ]
 
     def _slips(self, held: _Hold, power: NDArray[np.float64]) -> bool:
-        """Return True at the start of a slip, and every 50 ms while it continues."""
+        """Return True at the start of a slip, and every 50 ms while the slip continues.
+
+        ``power`` is that of the newest piece, V², shape (fingers,).
+        """
         if held.rest is None:
             held.sum += power
             held.count += 1

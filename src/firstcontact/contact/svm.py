@@ -48,7 +48,11 @@ class RbfMachine:
 
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
-        """Return a machine trained on features, shape (windows, features)."""
+        """Train a machine on features ``x``, shape (windows, features).
+
+        ``positive`` marks the windows with a contact, and ``cost`` is the parameter C of the
+        machine.
+        """
         require_modules("train", "sklearn")
         from sklearn.svm import SVC
 
@@ -61,7 +65,10 @@ class RbfMachine:
         return cls(mean, scale, machine.support_vectors_, weights, intercept, gamma)
 
     def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the decision values of windows, shape (windows,). Positive means a contact."""
+        """Return the decision value of each window, shape (windows,). Positive means a contact.
+
+        ``x`` holds features, shape (windows, features).
+        """
         out = np.empty(len(x))
         with np.errstate(all="ignore"):
             for start in range(0, len(x), ROWS):
@@ -79,7 +86,7 @@ class RbfMachine:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a machine from :meth:`to_arrays`. Raise InputError if the arrays do not fit."""
+        """Restore a machine from :meth:`to_arrays`. Raise ModelError if the arrays do not fit."""
         support = np.asarray(arrays.get("support"))
         vectors, features = support.shape if support.ndim == 2 else (-1, -1)
         shapes: dict[str, tuple[int, ...]] = {
@@ -165,7 +172,10 @@ class SvmDetector(TrainedDetector):
         return self.decision(windows) > self._threshold
 
     def decision(self, windows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the SVM's decision values, shape (windows, fingers). High means a contact."""
+        """Return the SVM's decision values, shape (windows, fingers).
+
+        High values mean a contact.
+        """
         assert self._machine is not None
         n, fingers, samples = windows.shape
         features = window_features(
@@ -195,7 +205,7 @@ class SvmDetector(TrainedDetector):
 
 
 def _train(data: TrainingWindows, seed: int) -> RbfMachine:
-    """Train on some windows of each class, add the worst classified ones, and train again."""
+    """Train on random windows, add those that are classified worst, and train again."""
     rng = np.random.default_rng(seed)
     sign = np.where(data.positive, 1.0, -1.0)
     classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]
@@ -215,7 +225,10 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 
 
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
-    """Return the threshold with which the most first contacts are detected correctly."""
+    """Return the threshold on decision values with the most correctly detected first contacts.
+
+    ``decision`` holds the decision value of each window.
+    """
     is_quiet = data.first & ~data.positive
     is_loud = data.first & data.positive
     pinches = np.unique(data.pinch[is_loud])

@@ -19,25 +19,25 @@ QUIETER = 0.9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyState:
-    """Mean and standard deviation of each vibration channel before a contact, (fingers,)."""
+    """Mean and standard deviation of the motor's noise in each channel, shape (fingers,)."""
 
     mean: NDArray[np.float64]
     sigma: NDArray[np.float64]
 
     @classmethod
     def measure(cls, quiet: NDArray[np.float64]) -> SteadyState:
-        """Return mean and standard deviation of samples before a contact, (samples, fingers)."""
+        """Measure the steady state in samples before a contact, shape (samples, fingers)."""
         # A range detects constant channels exactly. The standard deviation rounds.
         sigma = np.where(np.ptp(quiet, axis=0) > 0.0, quiet.std(axis=0), 0.0)
         return cls(quiet.mean(axis=0), sigma)
 
     @property
     def alive(self) -> NDArray[np.bool_]:
-        """Mask of channels that vary. The others are unplugged or saturated."""
+        """Mask of the channels that vary. The others are unplugged or saturated."""
         return self.sigma > 0.0
 
     def is_louder_than(self, later: SteadyState) -> NDArray[np.bool_]:
-        """Return a mask of the channels that are clearly quieter in ``later``."""
+        """Return a mask of the channels whose noise is clearly weaker in ``later``."""
         return np.asarray(later.alive & (later.sigma < QUIETER * self.sigma))
 
     def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -56,7 +56,7 @@ FLOOR = 0.1
 
 
 def feature_count(step: int) -> int:
-    """Return the number of features of a window."""
+    """Return the number of features of a window whose newest step has ``step`` samples."""
     return step + COARSE + 6 * PARTS + 2
 
 
@@ -74,13 +74,19 @@ def _part_edges(start: int, stop: int, parts: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _loudness_edges(quiet: int, new: int, n: int) -> NDArray[np.intp]:
-    """Return the borders of nine spans: three of the quiet part, and three of each new step."""
+    """Return the borders of nine spans of a window of ``n`` samples, for :func:`_means`.
+
+    Three spans are in the quiet part, and three in each of the two newest steps.
+    """
     spans = ((0, quiet), (quiet, new), (new, n))
     return np.append(np.concatenate([_part_edges(*span, PARTS)[:-1] for span in spans]), n)
 
 
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Return features of windows: the newest waveform, and the loudness of nine spans."""
+    """Return features of windows (n, samples): the newest waveform, and loudness in nine spans.
+
+    ``step`` is the number of samples of the newest part.
+    """
     count, n = windows.shape
     new, quiet = n - step, n - 2 * step
     # Row 0 is the signal, row 1 its differences. Each operation below handles both.
@@ -109,14 +115,22 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return a number per pinch that is equal within a session, for cross-validation."""
+    """Return a group number per pinch for cross-validation, equal within a session.
+
+    With fewer sessions than ``folds``, each pinch is its own group.
+    """
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingWindows:
-    """Features and labels of windows from many pinches."""
+    """Features and labels of windows from many pinches, one row per window.
+
+    ``positive`` marks windows after their finger's contact. ``pinch`` is the pinch's number.
+    ``first`` marks windows before the pinch's first contact or at it. ``phase`` numbers the offset
+    of the grid of windows from the contact.
+    """
 
     features: NDArray[np.float64]
     positive: NDArray[np.bool_]
@@ -131,7 +145,7 @@ class TrainingWindows:
 def training_windows(
     dataset: Dataset, sizes: WindowSizes, early: float, seed: int
 ) -> TrainingWindows:
-    """Return labelled windows from all usable pinches, to train the SVM detector."""
+    """Cut labelled windows from all usable pinches (see :func:`usable`), to train the SVM."""
     rng = np.random.default_rng(seed)
     parts = [
         _finger_windows(i, pinch, column, sizes, early, rng)

@@ -1,4 +1,4 @@
-"""Evaluation of a model on labelled pinches, grouped by overlap with its training."""
+"""Evaluation of a model on labelled pinches, apart for those that the model was trained on."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def evaluate(
     Returns
     -------
     tuple of Evaluation
-        One per predictor, in the order of ``model.predictors``. The first predicts by default.
+        One per predictor, in the order of ``model.predictors``: the default predictor comes first.
 
     Raises
     ------
@@ -188,7 +188,7 @@ def _group(
     dataset: Dataset,
     rows: NDArray[np.bool_],
 ) -> GroupScores:
-    """Score the predictions for one group of pinches, those where ``rows`` is True."""
+    """Score the predictions for the pinches of one group: those where ``rows`` is True."""
     specimens, quantity = distinct_specimens(dataset)[rows], predictor.quantity
     scaled = (lambda values: values) if predictor.classes else quantity.scaled
     truth = scaled(truth[rows])
@@ -222,7 +222,12 @@ def _group(
 def overlap_groups(
     dataset: Dataset, trained_on: TrainingData, digests: Digests
 ) -> dict[Overlap, Mask]:
-    """Return masks of pinches by their relation to a model's training data, unseen ones first."""
+    """Group pinches by their relation to a model's training data, which ``trained_on`` describes.
+
+    ``digests`` are those of the training pinches. Return a mask for each relation, shape
+    (pinches,), first that of the pinches that were not seen in training. These include all with
+    role "test" that have no such digest.
+    """
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     unseen = ~dataset.test & ~seen
     specimen = _same_specimen(dataset, trained_on) & unseen

@@ -37,21 +37,23 @@ TOLERANCE = 0.003
 #: Number of folds. A detector is fitted without one fold, and then finds the contacts of that fold.
 FOLDS = 3
 #: Note in models that were made with the base install.
-NOT_FITTED = (
-    "the detector is that of the package: to fit one to your pinches, install the extra 'train'"
-)
+NOT_FITTED = "the package's detector is used: to fit one to your pinches, install the extra 'train'"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """First contact of each pinch, where its window starts, and a text on where these come from."""
+    """First contact of each pinch (None without one), and a text on their source in ``how``."""
 
     contacts: Sequence[Contact | None]
     how: str
 
 
 def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
-    """Return True for "known": windows start at the contacts in the data, not at detected ones."""
+    """Return True if training windows start at the contacts in the data: ``contacts`` is "known".
+
+    Return False for "detected". Raise ArgumentError for another value, or if the data have no
+    contacts.
+    """
     if contacts not in get_args(Contacts):
         raise ArgumentError(
             f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
@@ -66,12 +68,15 @@ def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
 
 
 def label_alignment(dataset: Dataset) -> Alignment:
-    """Return the first contacts that the data contain, from contact strips or labels."""
+    """Return the first contacts that the dataset contains, from contact strips or labels."""
     return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
 
 
 def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
-    """Return the first contacts that a detector finds after the start of each closing."""
+    """Return the first contact of each pinch that a detector finds after the start of the closing.
+
+    ``how`` is appended to the detector's name in the text on the source of the contacts.
+    """
     rate = detector.rate
     resampled = dataset if rate is None else resample_dataset(dataset, rate)
     starts = closing_starts(resampled)
@@ -85,7 +90,11 @@ def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Ali
 
 
 def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
-    """Return a detector that is fitted to these pinches."""
+    """Return the detector of this name, fitted to the pinches.
+
+    Without a name, fit the default detector. If the pinches have no known contacts, or too little
+    signal before them, return the package's fitted detector instead.
+    """
     if name is not None:
         return make_detector(name).fit(dataset)
     if any(p.first is not None for p in dataset.pinches):
@@ -102,6 +111,10 @@ def choose_detector(
 ) -> tuple[Detector, Alignment, str]:
     """Choose the package's detector or one fitted to these pinches.
 
+    With a ``name``, that detector is fitted. Without one, the package's detector is kept unless a
+    fitted one places clearly more known contacts within 3 ms. ``is_known`` is True if training
+    windows start at the contacts in the data.
+
     Return the detector, the contacts at which training windows start, and a sentence on the choice.
     """
     shipped = general_detector(dataset.layout)
@@ -117,16 +130,17 @@ def choose_detector(
     try:
         fitted_alignment = found_as_live(dataset, fitted, seed, runner)
     except InputError:  # a part of the pinches has too few known contacts
-        reason = "the detector is that of the package: too few known contacts to compare it"
+        reason = "the package's detector is used: too few known contacts to compare it"
         return shipped, label_alignment(dataset) if is_known else shipped_alignment, reason
-    by_fitted = _placed(dataset, fitted_alignment)
-    by_shipped = _placed(dataset, shipped_alignment)
+    by_fitted = _is_placed(dataset, fitted_alignment)
+    by_shipped = _is_placed(dataset, shipped_alignment)
     gain = int(by_fitted.sum()) - int(by_shipped.sum())
     takes_fitted = gain > np.sqrt(np.count_nonzero(by_fitted != by_shipped))
+    used = "a detector fitted to these pinches" if takes_fitted else "the package's detector"
     reason = (
-        f"the detector is {'fitted to these pinches' if takes_fitted else 'that of the package'}: "
-        f"of {counted(len(by_fitted), 'known contact')}, that of the package places "
-        f"{by_shipped.sum()} within 3 ms, and one fitted to your other pinches {by_fitted.sum()}"
+        f"{used} is used: of {counted(len(by_fitted), 'known contact')}, the package's detector "
+        f"finds {by_shipped.sum()} within 3 ms, and one fitted to your other pinches "
+        f"{by_fitted.sum()}"
     )
     _log.info("%s", reason)
     detector, alignment = (
@@ -135,8 +149,8 @@ def choose_detector(
     return detector, label_alignment(dataset) if is_known else alignment, reason
 
 
-def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
-    """Return True for each labelled contact that is detected on its finger within 3 ms."""
+def _is_placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
+    """Return True for each known contact that the detector found on its finger within 3 ms."""
     return np.array(
         [
             contact is not None
@@ -149,7 +163,12 @@ def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
-    """Return contacts as a live session would: from a detector fitted to other sessions."""
+    """Return the first contacts that a live session would detect.
+
+    The detector for the pinches of a session is fitted to other sessions, or to other pinches if
+    the sessions have no names. A detector that learns nothing, or is shipped fitted, is used as it
+    is.
+    """
     if not detector.learns or is_pretrained(detector):
         return detect_alignment(dataset, detector)
     starts = closing_starts(dataset)
@@ -157,7 +176,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
     sessions = dataset.sessions if "" not in dataset.sessions else None
     contacts: list[Contact | None] = [None] * len(dataset)
     folds = list(inner_folds(np.zeros(len(dataset)), sessions, seed, FOLDS))
-    answers = runner.map(_found_apart, folds, dataset, detector.name)
+    answers = runner.map(_detect_held_out, folds, dataset, detector.name)
     for (_, ask), answered in zip(folds, answers, strict=True):
         for place, contact in zip(ask, answered, strict=True):
             contacts[place] = contact
@@ -167,10 +186,13 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
     return Alignment(contacts, how)
 
 
-def _found_apart(
+def _detect_held_out(
     fold: tuple[Places, Places], dataset: Dataset, detector: str
 ) -> Sequence[Contact | None]:
-    """Fit a detector to one side of a fold. Return the contacts that it detects on the other."""
+    """Fit the named detector to some pinches. Return the contacts that it detects in the others.
+
+    ``fold`` holds the positions of the pinches to fit to, and of the others.
+    """
     learn, ask = fold
     other = make_detector(detector).fit(dataset.take(learn))
     return detect_alignment(dataset.take(ask), other).contacts

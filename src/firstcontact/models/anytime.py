@@ -28,17 +28,7 @@ LONGEST = 10.0
 
 
 class Hints(NamedTuple):
-    """Knowledge about a contact that its signal does not contain.
-
-    Parameters
-    ----------
-    speed
-        Closing speed that the hand measured, m/s; 0 if unknown.
-    error
-        Relative standard error of this speed.
-    radius
-        Radius of the object at the contact, m: infinite for a flat object, NaN if unknown.
-    """
+    """Closing speed and object radius at a contact, which predictors may use besides the signal."""
 
     speed: float = 0.0
     error: float = 0.0
@@ -99,11 +89,11 @@ class Predictor(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Name of the estimator."""
+        """Name of the estimator that made the predictor, such as "svm"."""
 
     @property
     def prediction_times(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which the model predicts, s, ascending."""
+        """Times after a contact at which the predictor predicts, s, ascending."""
         return tuple(n / self.rate for n in self.lengths)
 
     @abstractmethod
@@ -131,11 +121,14 @@ class Predictor(ABC):
         """
 
     def chain_constants(self) -> Constants:
-        """Return the constants with which the C chain predicts, or calls :meth:`predict`."""
+        """Return the constants that the C chain (:mod:`firstcontact.chain`) needs for predictions.
+
+        The base class returns signal lengths only. The chain then calls :meth:`predict` in Python.
+        """
         return WindowConstants(self.before, self.lengths, self.lookahead)
 
     def check(self, layout: Layout) -> None:
-        """Raise InputError if the model cannot predict from samples with this layout."""
+        """Raise InputError if samples with this layout cannot be used."""
         if not is_same_rate(layout.rate, self.rate):
             raise ModelError(
                 f"{self.name} needs samples at {self.rate:g} Hz, but these have {layout.rate:g} "
@@ -145,10 +138,12 @@ class Predictor(ABC):
     def predict_pinches(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST
     ) -> Predictions:
-        """Predict each pinch from the signal after its first contact, given in ``contacts``.
+        """Predict the stiffness of each pinch from the signal after its first contact.
 
-        The prediction uses the longest of :attr:`lengths` that fits into ``at`` (s) and, with the
-        look-ahead, ends before the second finger's contact. It is NaN if none does.
+        ``contacts`` holds the first contact of each pinch, None without one. ``at`` is the longest
+        signal after the contact to use, s. A prediction uses the longest of :attr:`lengths` that
+        fits into ``at`` and, with the look-ahead, ends before the second finger's contact. If none
+        fits, the prediction is NaN.
         """
         out = Predictions.empty(contacts)
         for row, samples in enumerate(self.usable_lengths(data, contacts, at).tolist()):
@@ -168,7 +163,10 @@ class Predictor(ABC):
     def usable_lengths(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float
     ) -> NDArray[np.intp]:
-        """Return the length of signal with which each pinch is predicted, in samples, or 0."""
+        """Return the number of samples after each contact that a prediction uses, shape (pinches,).
+
+        It is one of :attr:`lengths`, at most ``at`` (s) long, or 0 if there is no prediction.
+        """
         available = valid_samples(data, contacts) - self.lookahead
         most = np.minimum(available, samples_in(at, data.layout.rate))
         place = np.searchsorted(self.lengths, most, side="right")
@@ -178,8 +176,8 @@ class Predictor(ABC):
 class AnytimeModel(Predictor):
     """Model in a model folder that predicts at one or several times after a contact.
 
-    A subclass sets ``kind``, and implements the abstract methods of both classes. An
-    :class:`AnytimeEstimator` makes it from labelled contacts.
+    A subclass sets ``kind``, and implements the abstract methods of this class and of
+    :class:`Predictor`. An :class:`AnytimeEstimator` makes the model from labelled contacts.
     """
 
     #: Name of the kind of model. The name in model files is :attr:`name`.
@@ -191,18 +189,18 @@ class AnytimeModel(Predictor):
 
     @abstractmethod
     def to_arrays(self) -> Arrays:
-        """Return all arrays that predictions depend on."""
+        """Return all arrays that predictions depend on, by name."""
 
     @classmethod
     @abstractmethod
     def from_arrays(cls, arrays: Arrays, level: float | None) -> Self:
         """Restore a model from its arrays. ``level`` is the nominal coverage of its intervals.
 
-        Raise InputError if the arrays do not fit together.
+        Raise InputError if the shapes or values of the arrays do not fit together.
         """
 
     def with_record(self, record: TrainingRecord) -> Self:
-        """Return a copy with another description of the training."""
+        """Return a copy of the model that has ``record`` as the description of its training."""
         other = copy(self)
         other.record = record
         return other
@@ -213,7 +211,10 @@ class AnytimeModel(Predictor):
 
 
 class PredictorLadder(Predictor):
-    """Predictors of one estimator for several signal lengths; the longest available predicts."""
+    """Predictors of one estimator for several signal lengths, as one predictor.
+
+    The predictor for the longest available signal predicts.
+    """
 
     def __init__(self, steps: Sequence[Predictor]) -> None:
         self._steps = {step.lengths[-1]: step for step in steps}
@@ -237,7 +238,10 @@ class PredictorLadder(Predictor):
         return self._steps[samples].predict(signal, samples, finger, hints)
 
     def chain_constants(self) -> Constants:
-        """Return the constants with which the C chain predicts, or calls models in Python."""
+        """Return the constants that the C chain needs: those of all SVMs, or signal lengths only.
+
+        With signal lengths only, the chain calls :meth:`predict` in Python.
+        """
         each = [self._steps[n].chain_constants() for n in self.lengths]
         svms = [svm for c in each if isinstance(c, WindowConstants) for svm in c.svms]
         constants = WindowConstants(self.before, self.lengths, self.lookahead)
@@ -252,10 +256,10 @@ class PredictorLadder(Predictor):
 def contact_signal(
     pinch: Pinch, contact: Contact, before: int, after: int
 ) -> NDArray[np.float64] | None:
-    """Cut the vibration of a contact's finger, V, smoothed as the device does it.
+    """Return the vibration of the finger that touched, V, smoothed as the device smooths it.
 
-    Return at most ``before`` samples before the contact, and ``after`` from it on; None if the
-    finger has no sensor or the signal is shorter.
+    The signal has at most ``before`` samples before the contact and exactly ``after`` from it on.
+    Return None if the finger has no sensor, or fewer samples follow the contact.
     """
     columns = pinch.layout.columns(ChannelKind.VIBRATION, contact.finger)
     start = contact.sample - pinch.first_sample

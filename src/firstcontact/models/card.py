@@ -1,9 +1,9 @@
 """Card (``model.json``) of a model folder, and digests of its training pinches.
 
-Equal digests mean the same pinch. A digest is eight bytes of BLAKE2b of the piezo signals in V, as
-float32. Copies under other names, and complete exports that are imported again, have the same
-digest. Resampled, filtered, scaled or newly cut pinches have other digests, as have channels of
-other sensors.
+A digest is a hash of a pinch: eight bytes of BLAKE2b of its piezo signals in V, as float32. Equal
+digests mean the same pinch. Copies under other names, and complete exports that are imported again,
+have the same digest. Resampled, filtered, scaled or newly cut pinches have other digests, as have
+channels of other sensors.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Target = Literal["shore_a", "modulus_mpa", "stiffness_n_per_mm", "hardness_rank"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingData:
-    """Pinches that a model was trained on."""
+    """Description of the pinches that a model was trained on, as the model's card states it."""
 
     #: Source in the recordings' headers: "twin", "real" and so on.
     source: Name = ""
@@ -61,7 +61,10 @@ class TrainingData:
     recorded_rate_hz: Rate | None = None
 
     def with_shapes(self, data: Dataset) -> Dataset:
-        """Return the pinches with the shape of this training's objects where labels state none."""
+        """Return the pinches, in which the objects of the training count as flat blocks.
+
+        An object whose label states a shape keeps that shape.
+        """
 
         def shaped(pinch: Pinch) -> Pinch:
             label = pinch.label
@@ -75,7 +78,7 @@ class TrainingData:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingRecord:
-    """Record of the training of one predictor, for human readers only."""
+    """Description of the training of one predictor, which people read but no code uses."""
 
     pinches: Count = 0
     #: Sentence on how the scored pinches were held out.
@@ -88,7 +91,7 @@ class TrainingRecord:
 
 
 class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"):
-    """Section of a card on one predictor: type of its model, sampling rate, and training."""
+    """Entry of a card for one predictor: kind of its model, sampling rate, and training."""
 
     kind: Name
     rate_hz: Rate
@@ -96,7 +99,7 @@ class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"
 
 
 class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
-    """Section of a card on a window model: shape of its windows, classes, and interval."""
+    """Entry of a card for a window model: also the shape of its windows, classes, and interval."""
 
     task: Task
     samples: Samples
@@ -107,7 +110,7 @@ class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
 
 
 class AnytimeCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
-    """Section of a card on an any-time model: nominal coverage of its intervals."""
+    """Entry of a card for an any-time model: also the nominal coverage of its intervals."""
 
     level: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
 
@@ -130,7 +133,7 @@ SIZE = 8
 
 
 def pinch_digests(pinches: Sequence[Pinch]) -> Digests:
-    """Return the digest of each pinch, shape (pinches,)."""
+    """Return the digest (hash) of each pinch, shape (pinches,)."""
     return np.array([_digest(pinch) for pinch in pinches], dtype=np.uint64)
 
 
@@ -144,12 +147,12 @@ def _digest(pinch: Pinch) -> int:
 
 
 def to_array(digests: Digests) -> NDArray[np.uint8]:
-    """Return digests in ascending order as an array of bytes, for a file."""
+    """Return digests as bytes in ascending order, as the weights file stores them."""
     return np.unique(digests).astype("<u8").view(np.uint8)
 
 
 def from_array(array: NDArray[Any] | None) -> Digests:
-    """Return the digests in a file's array. Raise InputError if the array is invalid."""
+    """Return the digests that :func:`to_array` stored. Raise ModelError if the array is invalid."""
     if array is None:
         return np.zeros(0, np.uint64)
     if array.dtype != np.uint8 or array.ndim != 1 or len(array) % SIZE:

@@ -26,7 +26,7 @@ TrainingSet = tuple[Windows, Values, NDArray[Any] | None]
 
 @dataclass(frozen=True)
 class EstimatorInfo:
-    """Base class of all estimators: class attributes that commands, studies and reports read."""
+    """Base class of all estimators: class attributes such as name, title and supported tasks."""
 
     #: Name on the command line, in files and in results.
     name: ClassVar[str]
@@ -85,18 +85,22 @@ class Estimator(EstimatorInfo, ABC):
         """
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
-        """Fit a model to each training set (X, y, groups), by default one after the other."""
+        """Fit one model to each training set, a tuple (X, y, groups) of arguments of :meth:`fit`.
+
+        The base class fits one after the other. A subclass may fit several at once, which is
+        faster.
+        """
         return [self.fit(*each, seed=seed) for each in sets]
 
 
 @dataclass(frozen=True)
 class AnytimeEstimator(EstimatorInfo, ABC):
-    """Base class of estimators that make an any-time model from whole contacts.
+    """Base class of estimators that make an any-time model from contacts with their whole signals.
 
     To add an estimator, write a subclass with the class attributes of :class:`EstimatorInfo` in a
     new file, and add a line to :mod:`firstcontact.models.registry`. ``name`` must be the ``kind``
     of its models, a subclass of :class:`AnytimeModel`. :func:`firstcontact.testing.check_anytime`
-    tests it.
+    tests the estimator.
     """
 
     tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
@@ -132,7 +136,7 @@ class AnytimeEstimator(EstimatorInfo, ABC):
 
 
 def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
-    """Return mean and standard deviation of the training targets; (0, 1) for classes."""
+    """Return mean and standard deviation of training targets, shape (2,); (0, 1) for classes."""
     if task is Task.CLASSIFICATION:
         return np.array([0.0, 1.0])
     return np.array([y.mean(), y.std() or 1.0])

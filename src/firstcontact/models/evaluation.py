@@ -1,4 +1,4 @@
-"""Scores of a predictor on groups of pinches, by their relation to the model's training."""
+"""Scores of a predictor on groups of pinches, by their relation to the training of the model."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Overlap(StrEnum):
-    """Relation of pinches to the training data of a model, as the title of their group."""
+    """Relation of a group of pinches to the training data of a model. The value is its title."""
 
     NONE = "not seen in training"
     SESSION = "sessions of the training by name, other specimens"
@@ -91,7 +91,7 @@ class Evaluation(Drawable):
     Parameters
     ----------
     predictor
-        Name of the estimator, or of the network.
+        Name of the estimator, such as "svm" or "network".
     target
         Label that the predictor predicts.
     contacts
@@ -104,7 +104,8 @@ class Evaluation(Drawable):
     groups
         Scores of each group of pinches. Pinches that were not seen in training come first.
     duration
-        Length of the signal after the contact that a window model uses, s; None for the network.
+        Length of the signal after the contact that a window model uses, s; None for an any-time
+        model, such as the network.
     """
 
     predictor: str
@@ -123,7 +124,7 @@ class Evaluation(Drawable):
 
     @property
     def when(self) -> str:
-        """Time from contact to prediction as text: "at any time" (network), or such as "15 ms"."""
+        """Time from contact to prediction as text: "15 ms", or "at any time" (any-time model)."""
         return "at any time" if self.duration is None else f"{1e3 * self.duration:g} ms"
 
     @property
@@ -137,7 +138,10 @@ class Evaluation(Drawable):
 
     @property
     def bias(self) -> Mapping[float, float]:
-        """Mean errors in the target's unit. Each key is a time after the contact, s."""
+        """Mean errors in the target's unit.
+
+        Each key is a time after the contact, s; see :attr:`rmse`.
+        """
         return self._unseen_mean(lambda group: group.bias)
 
     @property
@@ -151,7 +155,7 @@ class Evaluation(Drawable):
         return self._unseen_mean(lambda group: group.width)
 
     def __repr__(self) -> str:
-        """Return the predictor, and its error at the latest time."""
+        """Return the name of the predictor, and its error at the latest time."""
         at = max(self.rmse, default=0.0)
         error = f", {self.rmse[at]:.3g} RMSE at {1e3 * at:g} ms" if at else ""
         return f"Evaluation({self.predictor}, {counted(self.scored, 'pinch')}{error})"
@@ -184,7 +188,11 @@ class Evaluation(Drawable):
     def _unseen_mean(
         self, values: Callable[[GroupScores], Mapping[float, float]]
     ) -> dict[float, float]:
-        """Return one score by time, averaged over all pinches that were not seen in training."""
+        """Return the mean of one score over all pinches that were not seen in training.
+
+        ``values`` selects the score of a group. Each key of the mapping is a time after the
+        contact, s.
+        """
         unseen = [group for group in self.groups if group.title is not Overlap.SEEN]
         groups = [group for group in unseen if group.title is not Overlap.NAMESAKES] or unseen
         n = sum(group.n for group in groups)

@@ -39,7 +39,8 @@ class Interval:
     edges
         Predicted values at which the width changes, ascending; one fewer than ``half_widths``.
     half_widths
-        Half width below the first edge, between edges, and above the last, in the target's unit.
+        Half widths of the interval, one for each range between edges, in the target's unit. The
+        first holds below the first edge, the last above the last edge.
     limits
         Ends of the target's scale, to which the bounds are clipped; None for a scale without ends.
     scaled
@@ -73,12 +74,19 @@ class Interval:
             )
 
     def around(self, value: float, spread: float = 1.0) -> tuple[float, float]:
-        """Return lower and upper bound for a prediction with this predicted standard deviation."""
+        """Return lower and upper bound of the interval around one prediction.
+
+        ``spread`` is the predicted standard deviation. It counts only if the rule is ``scaled``.
+        """
         low, high = self.around_all(np.array([value]), np.array([spread]))
         return float(low[0]), float(high[0])
 
     def around_all(self, values: Values, spreads: Values | None = None) -> tuple[Values, Values]:
-        """Return lower and upper bounds, (n,) each. ``spreads`` are the standard deviations."""
+        """Return the lower and the upper bounds of the intervals around predictions, (n,) each.
+
+        ``spreads`` are the predicted standard deviations, shape (n,). They count only if the rule
+        is ``scaled``.
+        """
         half = np.array(self.half_widths)[np.searchsorted(self.edges, values, side="right")]
         if self.scaled and spreads is not None:
             half = half * spreads
@@ -88,18 +96,21 @@ class Interval:
         return np.clip(low, *self.limits), np.clip(high, *self.limits)
 
 
-def least_answers(level: float) -> int:
-    """Return the smallest number of held-out predictions that give an interval its coverage."""
+def least_predictions(level: float) -> int:
+    """Return the smallest number of held-out predictions that an interval can be made from."""
     return max(RANGE_PINCHES, ceil(4.0 / (1.0 - level)))
 
 
-def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
-    """Return the reason why these held-out predictions give no interval; "" if they give one."""
+def missing_interval_reason(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
+    """Return why held-out predictions are too few for an interval; "" if they are enough.
+
+    ``sessions`` holds the session of each prediction, shape (n,).
+    """
     names = np.unique(sessions)
     if len(names) < SESSIONS or "" in names:
         named = len(names[names != ""])
         return f"{named} known sessions are too few for an interval: record {SESSIONS} or more"
-    least = least_answers(level)
+    least = least_predictions(level)
     if len(answers) < least:
         return f"{len(answers)} pinches are too few for an interval: record {least} or more"
     return ""
@@ -112,8 +123,13 @@ def conformal_interval(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Interval:
-    """Return the rule for intervals that hold the share ``level`` of these true values."""
-    least = least_answers(level)
+    """Return a rule for intervals that contain the share ``level`` of the true values.
+
+    ``answers`` are held-out predictions and ``truth`` the true values, shape (n,). ``limits`` are
+    the ends of the scale. ``spreads`` are predicted standard deviations; with them, half widths are
+    multiples of these. Raise ValueError if there are fewer than :func:`least_predictions`.
+    """
+    least = least_predictions(level)
     if len(answers) < least:
         raise ValueError(f"{len(answers)} predictions give no coverage {level:g}: use {least}")
     ranges = min(RANGES, len(answers) // least)
@@ -143,11 +159,16 @@ def held_out_coverage(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> dict[str, float]:
-    """Return coverage and mean width of intervals, each made from the other folds' predictions."""
+    """Score intervals for each fold that are made from the predictions of the other folds.
+
+    ``folds`` holds the fold of each prediction, shape (n,). Return "coverage" (0 to 1),
+    "mean_width" in the target's unit and "n", the number of scored predictions; {} if there are too
+    few.
+    """
     inside, widths = [], []
     for fold in np.unique(folds):
         asked, other = folds == fold, folds != fold
-        if other.sum() < least_answers(level):
+        if other.sum() < least_predictions(level):
             continue
         units = (None, None) if spreads is None else (spreads[other], spreads[asked])
         interval = conformal_interval(answers[other], truth[other], level, limits, units[0])

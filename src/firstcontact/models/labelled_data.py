@@ -1,4 +1,4 @@
-"""Windows and contacts with their labels, which models are fitted to."""
+"""Windows and contacts with their labels, to which models are fitted."""
 
 from __future__ import annotations
 
@@ -64,9 +64,9 @@ class LabelledWindows:
 
     @property
     def bootstrap_clusters(self) -> NDArray[np.str_]:
-        """Name of each window's cluster, a group that the bootstrap draws as a whole, shape (n,).
+        """Name of the group with which the bootstrap draws each window, shape (n,).
 
-        A cluster is a session, if there are two or more and all have names. Otherwise it is a
+        The group is a session, if there are two or more and all have names. Otherwise it is a
         specimen, if there are two or more and all have names, and else a single pinch.
         """
         return resampling_clusters(self.sessions, self.specimens)
@@ -80,7 +80,7 @@ class LabelledWindows:
 def resampling_clusters(
     sessions: NDArray[np.str_], specimens: NDArray[np.str_]
 ) -> NDArray[np.str_]:
-    """Return for each pinch the name of the group with which the bootstrap draws it.
+    """Return the name of the group with which the bootstrap draws each pinch, shape (pinches,).
 
     It is a session, a specimen or a single pinch, see :attr:`LabelledWindows.bootstrap_clusters`.
     """
@@ -95,7 +95,10 @@ def _tells_apart(names: NDArray[np.str_]) -> bool:
 
 
 def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
-    """Return a unique specimen name for each pinch, shape (pinches,)."""
+    """Return the name of each pinch's specimen (physical object), shape (pinches,).
+
+    A name that several objects share is followed by the object and its Shore A.
+    """
     labels = [pinch.label for pinch in dataset.pinches]
     kinds: dict[str, set[tuple[str, ...]]] = {}
     for label in labels:
@@ -108,7 +111,7 @@ def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
 
 
 def full_specimen(label: Label) -> str:
-    """Return a specimen's name with its object and Shore A, unique over the data."""
+    """Return a specimen's name with its object and level, which is unique in the data."""
     return f"{label.specimen or 'unnamed'} ({', '.join(_kind(label)) or 'unknown'})"
 
 
@@ -120,14 +123,22 @@ def _kind(label: Label) -> tuple[str, ...]:
 def labelled_windows(
     dataset: Dataset, contacts: Sequence[Contact | None], duration: float, target: Values
 ) -> LabelledWindows:
-    """Return the windows of the pinches with a contact, a complete window and a target."""
+    """Cut windows of ``duration`` (s) from pinches that have a contact and a target.
+
+    ``contacts`` holds the first contact of each pinch, and ``target`` its target, NaN if unknown.
+    Pinches without a complete window are left out.
+    """
     return label_windows(dataset, *contact_windows(dataset, contacts, duration), target)
 
 
 def label_windows(
     dataset: Dataset, X: Windows, has_window: NDArray[np.bool_], target: Values
 ) -> LabelledWindows:
-    """Return the windows of :func:`firstcontact.signal.contact_windows` that have a target."""
+    """Label windows that :func:`firstcontact.signal.contact_windows` has cut from a dataset.
+
+    ``has_window`` is True for the pinches that a window was cut from. Windows without a ``target``
+    (NaN) are left out.
+    """
     has_target = np.isfinite(target[has_window])
     positions = np.flatnonzero(has_window)[has_target]
     return LabelledWindows(
@@ -200,7 +211,10 @@ class LabelledTouches:
 
     @classmethod
     def cut(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
-        """Cut the contacts of pinches with a Shore A; ``contacts`` has each pinch's first one."""
+        """Cut the signals around contacts with objects of known Shore A.
+
+        ``contacts`` holds the first contact of each pinch, None if unknown.
+        """
         touches, rows = Touches.cut(dataset, contacts)
         labelled = np.isfinite(dataset.shore_a[rows])
         rows = rows[labelled]
@@ -219,13 +233,13 @@ class LabelledTouches:
 
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
-        """Session name of each contact; None if one has no name, or if there is one session."""
+        """Session of each contact, shape (n,); None if any has no name, or all are the same."""
         return self.sessions if _tells_apart(self.sessions) else None
 
     @property
     def bootstrap_clusters(self) -> NDArray[np.str_]:
-        """Name of each contact's cluster, a group that the bootstrap draws as a whole, shape (n,).
+        """Name of the group with which the bootstrap draws each contact, shape (n,).
 
-        A cluster is a specimen, or a single pinch if the specimen has no name.
+        The group is a specimen, or a single pinch if the specimen has no name.
         """
         return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)

@@ -1,7 +1,7 @@
 """Model of a rig: a contact detector and predictors of stiffness.
 
-A rig is a hand with its sensors. A model folder holds one such model. ``train`` and ``adapt``
-return a model. :meth:`Model.default` picks the predictor to use.
+A rig is a hand with its sensors. A model folder stores one model. :func:`firstcontact.train` and
+:func:`firstcontact.adapt` make models.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ class Model:
     detector
         Fitted contact detector; None if its file is missing from the folder.
     predictors
-        Window models (fixed signal length), the shortest window first, and the network adapted to
-        the rig. The estimator of the first entry predicts by default.
+        Window models (fixed signal length), the shortest window first, and the package's network,
+        adapted to the rig. The estimator of the first entry predicts by default.
     trained_on
         Description of the training data.
     digests
@@ -104,27 +104,27 @@ class Model:
 
     @property
     def windows(self) -> tuple[WindowPredictor, ...]:
-        """Models that use a fixed length of signal after the contact, the shortest first."""
+        """Predictors that use a fixed length of signal after the contact, the shortest first."""
         return tuple(p for p in self.predictors if isinstance(p, WindowPredictor))
 
     @property
     def anytime(self) -> AnytimeModel | None:
-        """Model that predicts at any time, such as the network; None if there is none."""
+        """Predictor for several times after a contact, such as the network; None without one."""
         return next((p for p in self.predictors if isinstance(p, AnytimeModel)), None)
 
     @property
     def network(self) -> RigModel | None:
-        """The network, adapted to your rig; None if the model has no network."""
+        """The package's pre-trained network, adapted to your rig; None if the model lacks it."""
         return next((p for p in self.predictors if isinstance(p, RigModel)), None)
 
     @property
     def rate(self) -> float:
-        """Sampling rate of the signals that the model needs, Hz."""
+        """Sampling rate of the signals that the default predictor needs, Hz."""
         return self.default().rate
 
     @property
     def estimators(self) -> tuple[str, ...]:
-        """Names of the estimators. The first one predicts by default."""
+        """Names of the estimators that made the predictors. The first one predicts by default."""
         return tuple(dict.fromkeys(p.name for p in self.predictors))
 
     @property
@@ -133,14 +133,21 @@ class Model:
         return () if not self.predictors else self.default().prediction_times
 
     def default(self, estimator: str | None = None, rate: float | None = None) -> Predictor:
-        """Return the one object that predicts, in recordings, live sessions and exports alike.
+        """Return the predictor that recordings, live sessions and exports use.
+
+        Window models of one estimator are one predictor, which uses the longest available window.
 
         Parameters
         ----------
         estimator
-            Name of an estimator, by default the first of :attr:`estimators`.
+            Name of an estimator; by default the first of :attr:`estimators`.
         rate
-            Sampling rate that its signals must have, Hz. By default any rate will do.
+            Sampling rate of the signals, Hz. By default, the predictor may need any rate.
+
+        Raises
+        ------
+        InputError
+            The model has no predictor, none of this estimator, or none for this rate.
         """
         self._require_predictor()
         chosen = self if estimator is None else self.only(estimator)
@@ -166,8 +173,8 @@ class Model:
 
         By default, the first of :attr:`estimators` predicts. The network uses the object's shape,
         if the label states one, as :func:`live` does. A window model uses the longest window that
-        fits into ``at`` and ends before the second finger's contact. If none does, the prediction
-        is NaN. No prediction uses samples after the second contact that ``data`` contain.
+        fits into ``at`` and ends before the second finger's contact. If no window fits, the
+        prediction is NaN. No prediction uses samples after a second contact that ``data`` contain.
 
         Parameters
         ----------
@@ -182,6 +189,11 @@ class Model:
             with the first contact of each pinch (None without one), in the samples of ``data``.
         estimator
             Name of another estimator to use; :attr:`estimators` lists them.
+
+        Returns
+        -------
+        Predictions
+            One prediction per pinch, in the order of ``data``.
 
         Raises
         ------
@@ -213,14 +225,15 @@ class Model:
         return replace(out, contacts=given, estimator=predictor.name, target=target)
 
     def target_of(self, predictor: Predictor) -> Target:
-        """Return the name of the quantity that a predictor of this model predicts."""
+        """Return the name of the quantity that a predictor predicts, such as "shore_a"."""
         return cast(Target, predictor.quantity.name)
 
     def only(self, estimator: str) -> Model:
         """Return a copy of the model with only the predictors of this estimator.
 
-        Name a scikit-learn regressor by its class, or as ``PACKAGE:NAME``. "network" returns the
-        network alone if the model averages it with a regression.
+        For a scikit-learn regressor, ``estimator`` is the name of its class, or ``PACKAGE:NAME``.
+        "network" returns the network alone if the model averages it with a regression. Raise
+        InputError if the model has no predictor of this estimator.
         """
         self._require_predictor()
         network, estimator = self.network, class_name(estimator)
@@ -239,10 +252,10 @@ class Model:
             raise ModelError("the model has a detector, but no predictor: train or adapt one")
 
     def is_foreign(self, layout: Layout) -> bool:
-        """Return True if the vibration's unit is not that of the data the network was trained on.
+        """Return True if predictions for signals in this layout's unit must count as out of range.
 
-        Its predictions are then out of range. Raise InputError if another predictor needs another
-        unit.
+        This is so if the package's network was trained on signals in another unit. A model that was
+        trained on your pinches in another unit raises InputError instead.
         """
         known, unit = self.trained_on.unit, layout.vibration_unit
         if not known and self.trained_on.pinches and self.trained_on.source != "twin":
@@ -268,12 +281,15 @@ class Model:
         return True
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Save the model atomically into ``folder``, and return its path. Replace an older model.
+        """Save the model to a folder, and return the folder's path.
+
+        The folder is created, or replaced as a whole if it holds an older model.
 
         Raises
         ------
         InputError
-            ``folder`` cannot be written, or holds other files, or predictors that this model lacks.
+            ``folder`` cannot be written, holds files of other programs, or holds a model with
+            predictors that this model lacks.
         """
         folder = given_path(folder, "folder")
         windows = [window.duration for window in self.windows]
@@ -283,9 +299,10 @@ class Model:
         return folder
 
     def write(self, folder: Path) -> None:
-        """Write the files of the model into an empty folder, as :meth:`save` does.
+        """Write the files of the model into ``folder``, which must be empty.
 
-        If its disk refuses them, they are in another folder, which the InputError names.
+        :meth:`save` calls this method. If the disk refuses a file, the files are written to a
+        temporary folder instead, which the InputError names.
         """
         try:
             self._write(folder)
@@ -300,10 +317,10 @@ class Model:
 
     @property
     def own_detector(self) -> Detector:
-        """Contact detector of the model. Raise InputError if its folder has none."""
+        """Contact detector of the model. To read it from a model without one raises InputError."""
         if self.detector is None:
             raise ModelError(
-                f"{self.folder}: the folder has no detector: name a folder that `firstcontact "
+                f"the folder {self.folder} has no detector: name a folder that `firstcontact "
                 "train` wrote"
             )
         return self.detector
@@ -312,7 +329,10 @@ class Model:
 def _given_contacts(
     contacts: Contacts | Sequence[Contact | None], data: Dataset
 ) -> list[Contact | None] | None:
-    """Return the contacts that the caller chose for each pinch; None to detect them."""
+    """Return the first contact of each pinch as the argument ``contacts`` states them.
+
+    Return None if ``contacts`` is "detected". Raise ArgumentError for a wrong number of contacts.
+    """
     if isinstance(contacts, str):
         is_known = at_known_contacts(contacts, data)
         return [p.first for p in data.pinches] if is_known else None
@@ -359,7 +379,7 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
 
 
 def require_dataset(data: object) -> None:
-    """Raise InputError if the value is not a dataset (but a path, for example), or is empty."""
+    """Raise InputError if ``data`` is not a Dataset (but a path, for example), or has no pinch."""
     if not isinstance(data, Dataset):
         raise ArgumentError(
             f"the data must be a Dataset, not a {type(data).__name__}: make one with load(path)",

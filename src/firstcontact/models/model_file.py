@@ -1,4 +1,7 @@
-"""Model folder: a typed card, all arrays in one safetensors file, the detector, but no code."""
+"""Model folders on disk: a JSON card, a safetensors file with all arrays, and the detector.
+
+A folder contains no code, and nothing in it is executed.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,7 @@ SavedPredictor = WindowPredictor | AnytimeModel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedModel:
-    """Content of a model folder without its detector: predictors, and the training data."""
+    """Content of a model folder without the detector: predictors, and what they were trained on."""
 
     predictors: tuple[SavedPredictor, ...]
     trained_on: TrainingData
@@ -64,7 +67,11 @@ class SavedModel:
 def write_model(
     folder: Path, predictors: Sequence[SavedPredictor], trained_on: TrainingData, digests: Digests
 ) -> None:
-    """Write card and weights into a folder. The detector, if any, must already be in it."""
+    """Write the card (``model.json``) and the weights of predictors into a folder.
+
+    Save the detector there before, because the card holds its hash. ``digests`` are the hashes of
+    the training pinches.
+    """
     card = ModelCard(
         trained_on=trained_on,
         predictors=tuple(predictor.card() for predictor in predictors),
@@ -86,20 +93,20 @@ def has_model(folder: Path) -> bool:
 
 
 def read_model(folder: Path) -> SavedModel:
-    """Read card and weights of a folder. Nothing in them is executed."""
+    """Return the predictors in a model folder. Raise ModelError if a file is missing or damaged."""
     card = read_card(folder)
     for part in card.predictors:
         if isinstance(part, WindowCard):
             try:
                 require_extra(model_class(part.kind, of_windows=True))
             except InputError as error:
-                raise ModelError(f"{folder / CARD}: {error}") from None
+                raise ModelError(f"{folder / CARD} cannot be used, because {error}") from None
     _check_detector(folder, card)
     arrays = read_weights(folder / WEIGHTS, card.sha256 or "", CARD)
     try:
         digests = from_array(arrays.pop(PINCHES, None))
     except InputError as error:
-        raise ModelError(f"{folder / WEIGHTS}: {error}: train again") from None
+        raise ModelError(f"{folder / WEIGHTS} cannot be used, because {error}") from None
     predictors = []
     for number, part in enumerate(card.predictors):
         start = f"{number}."
@@ -110,18 +117,18 @@ def read_model(folder: Path) -> SavedModel:
 
 
 def read_card(path: AnyPath) -> ModelCard:
-    """Return the validated card of a model folder."""
+    """Return the checked card of a model folder. Raise ModelError if it is missing or invalid."""
     folder = model_folder(path)
     if not has_model(folder) and (aside := displaced_folder(folder)) is not None:
         raise ModelError(
-            f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
-            f"which holds the folder's former content, to {folder.name}, or train again"
+            f"a training was killed while it replaced the folder {folder}: rename {aside}, which "
+            f"holds the former content, to {folder.name}, or train again"
         )
     return read_checked(folder / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
 
 
 def model_folder(path: AnyPath) -> Path:
-    """Return the folder of a model. The path is the folder or the card in it."""
+    """Return the folder of a model. ``path`` is the folder, or the card (``model.json``) in it."""
     folder = given_path(path, "model")
     return folder.parent if folder.name == CARD else folder
 
@@ -144,11 +151,12 @@ def _predictor(
         reason = str(error)
     except (ValueError, TypeError, IndexError, ArithmeticError):
         reason = f"the arrays are not those of a model of kind {part.kind!r}"
-    raise ModelError(f"{folder / WEIGHTS} and {CARD}: {reason}: {remedy}")
+    remedy = "" if ": " in reason else f": {remedy}"  # a reason may state its own
+    raise ModelError(f"{folder / WEIGHTS} and {CARD} cannot be used, because {reason}{remedy}")
 
 
 def _check_detector(folder: Path, card: ModelCard) -> None:
-    """Raise ModelError if the folder's detector is not the one that the model was saved with."""
+    """Raise ModelError if the detector in the folder is not the one that the card names."""
     file = folder / DETECTOR_CARD
     if card.detector is None or not file.exists():
         return
@@ -171,19 +179,23 @@ def pretrained() -> RigModel:
 
 
 def pretrained_folder() -> Path:
-    """Return the folder of the pre-trained network."""
+    """Return the folder in the package that holds the pre-trained network."""
     return Path(str(files("firstcontact.models.rig"))) / "pretrained"
 
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Part of a card that states its format, to recognise cards of other programs."""
+    """Field of a card that states its format, to recognise the cards of other programs."""
 
     format: str
 
 
 def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> bool:
-    """Raise InputError if the folder has files that the new model would not replace."""
+    """Return True if the folder ``out`` exists and is not empty.
+
+    Raise ModelError if it holds files of other programs, or predictors that a new model would not
+    replace. The new model has ``windows`` of these lengths, s, and a ``network`` or not.
+    """
     if not out.is_dir():
         return False
     for path in sorted(out.iterdir()):
@@ -211,8 +223,8 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
         lost = []  # one window replaces another
     if lost or (len(former) < len(parts) and not network):
         raise ModelError(
-            f"{out}: the folder holds a model that the new one would not replace: choose "
-            "another folder, or remove the old model"
+            f"the folder {out} holds a model that the new one would not replace: choose another "
+            "folder, or remove the old model"
         )
 
 

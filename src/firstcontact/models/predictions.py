@@ -70,7 +70,7 @@ class Predictions(Drawable):
         return len(self.value)
 
     def __repr__(self) -> str:
-        """Return number, median and estimator, without the arrays."""
+        """Return the number of predictions, their median and the estimator, without the arrays."""
         made = self.value[~np.isnan(self.value)]
         unit = f" {QUANTITIES[self.target].unit}" if self.target in QUANTITIES else ""
         median = f", median {np.median(made):.3g}{unit}" if len(made) else ""
@@ -100,18 +100,22 @@ class Predictions(Drawable):
 
     @classmethod
     def empty(cls, contacts: Sequence[Contact | None]) -> Self:
-        """Return predictions for these contacts that are all NaN, to be filled by :meth:`put`."""
+        """Return a prediction for each of these contacts, all NaN, to be filled by :meth:`put`."""
         value, spread, low, high, elapsed = (np.full(len(contacts), nan) for _ in range(5))
         is_out = np.zeros(len(contacts), np.bool_)
         return cls(value, spread, low, high, is_out, elapsed, contacts)
 
     def put(self, rows: NDArray[Any], predictions: Predictions) -> None:
-        """Overwrite the predictions in these rows, given as positions or a boolean mask."""
+        """Overwrite the predictions in ``rows``, which are positions or a boolean mask."""
         for column, new in zip(self.columns, predictions.columns, strict=True):
             column[rows] = new
 
     def put_one(self, row: int, prediction: Sequence[float], elapsed: float) -> None:
-        """Overwrite one prediction, rounded to float32 as in C. ``elapsed`` is in s."""
+        """Overwrite the prediction in one row, rounded to float32 as in C.
+
+        ``prediction`` has the fields of :class:`firstcontact.models.anytime.Prediction`.
+        ``elapsed`` is the length of the signal after the contact, s.
+        """
         value, low, high, _, spread, is_out = prediction
         numbers = (
             *np.array([value, spread, low, high], np.float32).tolist(),
@@ -130,7 +134,7 @@ class TouchPredictor(Protocol):
     """Interface of models that predict stiffness from several contacts in one call."""
 
     def predict_touches(self, touches: Touches) -> Predictions:
-        """Return a prediction for each contact, from its samples before the second contact."""
+        """Return one prediction per contact, from the samples before the second contact."""
         ...
 
 
@@ -148,7 +152,7 @@ SHARED = 0.89
 
 @dataclass(frozen=True, slots=True)
 class Combined:
-    """Average of the predictions for several pinches of one object, with its interval."""
+    """Average of the predictions for several pinches of one object, with its interval, Shore A."""
 
     value: float
     low: float
@@ -158,7 +162,11 @@ class Combined:
 
 
 def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
-    """Average predictions for pinches of one object, weighted by the precision of each."""
+    """Average the predictions for several pinches of one object, in Shore A.
+
+    Each prediction is weighted by the inverse square of its interval's half width. The interval of
+    the average counts the error that all pinches of an object share.
+    """
     value, half = np.asarray(values, np.float64), np.asarray(half_widths, np.float64)
     weight = half**-2
     mean = float(weight @ value / weight.sum())

@@ -38,9 +38,10 @@ def window_estimators() -> dict[str, type[Estimator]]:
 
 
 def model_class(kind: str, *, of_windows: bool) -> Any:
-    """Return the class of models whose card has this ``kind``.
+    """Return the class of models that ``kind``, a field of their cards, names.
 
-    ``of_windows`` chooses between window models and any-time models.
+    ``of_windows`` is True for window models, False for any-time models. Raise ModelError if no
+    installed package has this kind.
     """
     from firstcontact.models.estimator import Estimator
     from firstcontact.models.windows.regressor import RegressorModel  # its imports are slow
@@ -67,11 +68,11 @@ def find_estimator(estimator: object) -> type[EstimatorInfo]:
 
 
 def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -> Estimator:
-    """Return an estimator that is not fitted yet, for windows with the sampling ``rate``, Hz.
+    """Return an unfitted estimator for windows with the sampling ``rate``, Hz.
 
     ``estimator`` is a name, an estimator's class, or a scikit-learn regressor. ``options`` set
     fields of the estimator, such as ``epochs`` of the CNN. Raise InputError if there is no such
-    estimator, or it does not learn from windows or does not support the task.
+    estimator, or it cannot learn from windows or does not support the task.
     """
     from firstcontact.models.estimator import Estimator
 

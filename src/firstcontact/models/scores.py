@@ -1,4 +1,4 @@
-"""Scores over pinches and by object, with bootstrap intervals."""
+"""Scores over pinches and for each object, with bootstrap intervals."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ Ends = tuple[float, float]
 
 
 class RegressionScores(Record, frozen=True, kw_only=True):
-    """Errors over ``n`` pinches, in the unit of the target, with bootstrap intervals by name.
+    """Errors over ``n`` pinches, in the unit of the target.
 
-    Errors of a modulus or a stiffness are those of its natural logarithm.
+    ``intervals`` holds the bootstrap interval of each score by its name. Errors of a modulus or a
+    stiffness are those of its natural logarithm.
     """
 
     rmse: float
@@ -38,7 +39,7 @@ class RegressionScores(Record, frozen=True, kw_only=True):
 
 
 class ClassificationScores(Record, frozen=True, kw_only=True):
-    """Accuracy over ``n`` pinches, and confusion matrix (rows true, columns predicted)."""
+    """Accuracy (0 to 1) over ``n`` pinches, and confusion matrix (rows true, columns predicted)."""
 
     accuracy: float
     n: int
@@ -48,7 +49,7 @@ class ClassificationScores(Record, frozen=True, kw_only=True):
 
     @property
     def best_constant(self) -> float:
-        """Share of the most frequent class: the best accuracy of a constant prediction."""
+        """Share of the most frequent class, which is the accuracy of always predicting it."""
         return max(map(sum, self.confusion), default=0) / self.n
 
 
@@ -57,7 +58,7 @@ TaskScores = RegressionScores | ClassificationScores
 
 
 class SpecimenErrors(Record, frozen=True, kw_only=True):
-    """Mean prediction for one specimen (physical object), and errors of its single pinches."""
+    """Mean prediction for one specimen (physical object), and errors over its ``n`` pinches."""
 
     object: str
     n: int
@@ -80,13 +81,16 @@ def _sums(clusters: NDArray[Any], columns: Values) -> Values:
 
 
 def resampled_sums(sums: Values, seed: int) -> Values:
-    """Return the sum of ``sums`` over its rows for each bootstrap resample of these rows."""
+    """Return the sum of rows for each bootstrap resample of rows, (RESAMPLES, columns)."""
     rng, clusters = np.random.default_rng(seed), len(sums)
     return np.array([sums[rng.integers(clusters, size=clusters)].sum(0) for _ in range(RESAMPLES)])
 
 
 def bootstrap_interval(values: Values, clusters: int) -> Values:
-    """Return both ends of the interval from resampled values, wider for few clusters, (2, ...)."""
+    """Return the ends of the interval of a statistic from its bootstrap values, shape (2, ...).
+
+    ``values`` has one row per resample. The interval is wider if there are few ``clusters``.
+    """
     from scipy.stats import norm, t
 
     wider = t.isf((1 - CONFIDENCE) / 2, clusters - 1) * np.sqrt(clusters / (clusters - 1))
@@ -100,10 +104,11 @@ def cluster_intervals(
     clusters: NDArray[Any],
     seed: int,
 ) -> dict[str, Ends]:
-    """Return bootstrap intervals of statistics by name; whole clusters are drawn.
+    """Return the bootstrap interval of each statistic by its name. Whole clusters are drawn.
 
-    The method is that of Davison and Hinkley (1997), 3.8. A statistic is a function of the sums of
-    ``columns``.
+    A statistic is a function of the sums of ``columns``, shape (n, columns). ``clusters`` names the
+    cluster of each row. Return {} with fewer than ``CLUSTERS`` clusters. The method is that of
+    Davison and Hinkley (1997), 3.8.
     """
     sums = _sums(clusters, columns)
     if len(sums) < CLUSTERS:
@@ -116,7 +121,10 @@ def cluster_intervals(
 def regression_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> RegressionScores:
-    """Return RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals."""
+    """Return RMSE, MAE, MSE, bias and Spearman's rho of predictions, with bootstrap intervals.
+
+    ``clusters`` names the group with which the bootstrap draws each pinch, shape (n,).
+    """
     from scipy.stats import spearmanr
 
     error = predicted - truth
@@ -138,7 +146,10 @@ def regression_scores(
 
 
 def share_interval(hits: NDArray[np.bool_], clusters: NDArray[Any]) -> Ends | None:
-    """Return the Korn-Graubard interval of a share; None with fewer than five clusters."""
+    """Return the Korn-Graubard interval of the share of ``hits``; None with few clusters.
+
+    ``clusters`` names the cluster of each hit or miss. Fewer than ``CLUSTERS`` are too few.
+    """
     from scipy.stats import beta, t
 
     n, share = len(hits), float(hits.mean())
@@ -157,7 +168,10 @@ def share_interval(hits: NDArray[np.bool_], clusters: NDArray[Any]) -> Ends | No
 def classification_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> ClassificationScores:
-    """Return the accuracy with its interval, and the confusion matrix."""
+    """Return the accuracy of predicted classes with its interval, and the confusion matrix.
+
+    ``clusters`` names the group with which each pinch is drawn, shape (n,).
+    """
     right = truth == predicted
     classes = np.unique(np.concatenate([truth, predicted]))
     confusion = np.zeros((len(classes), len(classes)), np.intp)
@@ -178,9 +192,9 @@ def per_object(
     objects: NDArray[np.str_],
     quantity: Quantity = SHORE_A,
 ) -> dict[str, SpecimenErrors]:
-    """Return the mean prediction and errors of single pinches for each specimen, by name.
+    """Return the mean prediction, and the errors of single pinches, for each specimen by its name.
 
-    ``truth`` and ``predicted`` are on the scale of the quantity.
+    ``truth`` and ``predicted`` are on the scale of the quantity: logarithms for some.
     """
     out = {}
     for specimen in np.unique(specimens):

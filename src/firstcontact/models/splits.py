@@ -1,6 +1,6 @@
 """Splits of pinches into training and test.
 
-Each split declares if a session or a specimen may have pinches on both sides.
+Each split declares whether a session or a specimen may have pinches on both sides.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ FOLDS = 5
 
 
 class Group(StrEnum):
-    """Kind of pinches that belong together. A split may allow it on both of its sides."""
+    """Kind of group that pinches belong to: a session or a specimen (one physical object)."""
 
     SESSION = "session"
     SPECIMEN = "specimen"
@@ -27,7 +27,7 @@ class Group(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Split:
-    """Indices of the training pinches and of the test pinches, shape (n,) each."""
+    """Positions of the training pinches and of the test pinches of one split."""
 
     #: Name of the held-out fold, level or specimen, unique within a list of splits.
     name: str
@@ -37,7 +37,10 @@ class Split:
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
-        """Raise ValueError if a session or specimen is on both sides, but may not be."""
+        """Raise ValueError if a side is empty, or a pinch is on both sides.
+
+        The same holds for a session or specimen that is on both sides, unless ``shares`` allows it.
+        """
         if not len(self.train) or not len(self.test):
             raise ValueError(f"split {self.name!r} has an empty side")
         if len(np.intersect1d(self.train, self.test)):
@@ -54,7 +57,10 @@ class Split:
 def by_session(
     sessions: NDArray[np.str_], classes: NDArray[Any], seed: int, folds: int = FOLDS
 ) -> list[Split]:
-    """Return folds that hold out whole sessions. Each class is spread evenly over the folds."""
+    """Return splits that hold out whole sessions. Each class is spread evenly over the folds.
+
+    Raise ValueError with fewer than two sessions, or if one has no name.
+    """
     names = np.unique(sessions)
     if len(names) < 2 or "" in names:
         raise ValueError("a split by session needs pinches of two known sessions or more")
@@ -74,7 +80,11 @@ def by_session(
 
 
 def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION,)) -> list[Split]:
-    """Return splits that each hold out one value, such as a Shore A, a material or a specimen."""
+    """Return one split per distinct value, such as a Shore A, which holds out all its pinches.
+
+    ``values`` holds the value of each pinch. ``shares`` are the kinds of groups that may be on both
+    sides.
+    """
     everyone, kinds = np.arange(len(values)), frozenset(shares)
     return [
         Split(f"without {value}", everyone[values != value], everyone[values == value], kinds)
@@ -90,7 +100,11 @@ RANGES = 5
 def inner_folds(
     y: NDArray[Any], groups: NDArray[Any] | None, seed: int, k: int = 3
 ) -> Iterator[tuple[Index, Index]]:
-    """Yield folds that hold out whole sessions, with similar targets in each fold."""
+    """Yield positions to fit to and positions to hold out, for at most ``k`` folds.
+
+    Whole groups (sessions) are held out, or single pinches without ``groups``. Each fold has
+    similar targets. No fold is yielded if there are too few pinches.
+    """
     if groups is not None and len(np.unique(groups)) < 2:
         groups = None
     k = min(k, len(y) if groups is None else len(np.unique(groups)))
@@ -106,7 +120,7 @@ def inner_folds(
 
 
 def _strata(y: NDArray[Any], k: int) -> Index:
-    """Return the class number of each target for stratified folds; zeros if a class is too rare."""
+    """Return a class number per target, to balance folds; zeros if a class is too rare."""
     values, numbers = np.unique(y, return_inverse=True)
     if len(values) > RANGES:
         edges = np.quantile(y, np.arange(1, RANGES) / RANGES)
@@ -116,7 +130,7 @@ def _strata(y: NDArray[Any], k: int) -> Index:
 
 
 def _sides(numbers: Index, k: int) -> Iterator[tuple[Index, Index]]:
-    """Yield the indices of the pinches outside and inside of each fold, from their fold numbers."""
+    """Yield positions outside and inside of each fold. ``numbers`` holds each pinch's fold."""
     for fold in range(k):
         yield np.flatnonzero(numbers != fold), np.flatnonzero(numbers == fold)
 

@@ -1,7 +1,7 @@
 """Contacts with the signals around them, and optional hints: closing speed and object radius.
 
 The baseline of a signal is its mean shortly before the contact. Valid samples are those that a
-prediction may use: they end before the second contact.
+prediction may use: they end before the second finger's contact.
 """
 
 from __future__ import annotations
@@ -83,9 +83,10 @@ class Touches:
     ) -> tuple[Touches, NDArray[np.intp]]:
         """Cut the signals around the first contacts of pinches.
 
-        ``contacts`` holds the first contact of each pinch, None if unknown. Return those
-        that have a usable signal, and the positions of their pinches in the dataset. A signal is
-        used up to the second contact, if the dataset contains it. Labels state speeds and shapes.
+        ``contacts`` holds the first contact of each pinch, None if unknown. Return the contacts
+        with a usable signal, and the positions of their pinches in the dataset. Samples count as
+        valid up to the second finger's contact, if the dataset contains it. Labels state speeds and
+        shapes.
         """
         rate = dataset.layout.rate
         longest = samples_in(cls.LONGEST, rate)
@@ -135,17 +136,17 @@ class Touches:
 
     @classmethod
     def lengths(cls, rate: float) -> tuple[int, int]:
-        """Return the smallest and largest number of samples after the contact for a prediction."""
+        """Return the smallest and largest number of samples for a prediction at ``rate``, Hz."""
         return samples_in(cls.SHORTEST, rate), samples_in(cls.LONGEST, rate)
 
     @classmethod
     def all_lengths(cls, rate: float) -> tuple[int, ...]:
-        """Return the sample counts after a contact with which the network predicts, ascending."""
+        """Return all numbers of samples that predictions use at ``rate``, Hz, ascending."""
         return tuple(samples_in(time, rate) for time in cls.TIMES)
 
     @property
     def answerable(self) -> NDArray[np.bool_]:
-        """True for contacts with enough samples before the second contact to predict, (n,)."""
+        """True for contacts with enough valid samples for a prediction, shape (n,)."""
         return self.valid >= self.lengths(self.rate)[0]
 
     @property
@@ -155,12 +156,12 @@ class Touches:
 
     @property
     def waves(self) -> Signals:
-        """Signals from the contact on, V, shape (n, samples)."""
+        """Signals from the contact on, V, shape (n, samples after the contact)."""
         return self.signals[:, self.lead :]
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
-        """Arrays of the contacts in the order in which the compiled code takes them."""
+        """Arrays of the contacts, in the order in which the compiled functions take them."""
         hints = self.speeds, self.speed_errors, self.radii
         return self.signals, self.valid, self.fingers, *hints
 
@@ -174,19 +175,25 @@ class Touches:
         return replace(self, radii=np.where(np.isnan(self.radii), np.inf, self.radii))
 
     def until(self, samples: int) -> Touches:
-        """Return a copy of the contacts with ``valid`` at most this number of samples."""
+        """Return a copy of the contacts in which at most this number of samples is valid."""
         return replace(self, valid=np.minimum(self.valid, samples))
 
 
 def speed_inputs(measured: ClosingSpeed | None) -> tuple[float, float]:
-    """Return a speed, m/s, and its relative error for :class:`Touches`; NaN without a speed."""
+    """Return a closing speed (m/s) and its relative standard error, as used in :class:`Touches`.
+
+    Both are NaN if no speed was measured.
+    """
     if measured is None:
         return math.nan, math.nan
     return measured.speed, measured.error / measured.speed
 
 
 def valid_samples(dataset: Dataset, contacts: Sequence[Contact | None]) -> NDArray[np.intp]:
-    """Return the number of samples after each first contact in which only that finger touches."""
+    """Return the number of samples from each first contact to the second or the end, (pinches,).
+
+    It is 0 for a pinch without a contact.
+    """
     out = np.zeros(len(dataset), np.intp)
     for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
         if first is not None:

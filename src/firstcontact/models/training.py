@@ -1,9 +1,10 @@
-"""Labelled windows and contacts, held-out predictions, and the training of the final model."""
+"""Held-out predictions of window models, and the training of the final model."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import exp
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,12 @@ from firstcontact.core import ArgumentError
 from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
-from firstcontact.models.interval import Interval, conformal_interval, held_out_coverage, refusal
+from firstcontact.models.interval import (
+    Interval,
+    conformal_interval,
+    held_out_coverage,
+    missing_interval_reason,
+)
 from firstcontact.models.labelled_data import LabelledWindows
 from firstcontact.models.registry import ESTIMATORS, find_estimator, make_estimator
 from firstcontact.models.scores import (
@@ -29,7 +35,10 @@ from firstcontact.models.windows.window_model import WindowModel
 def fit_model(
     learn: LabelledWindows, model: object, task: Task, seed: int, options: Mapping[str, Any]
 ) -> WindowModel:
-    """Train a model on windows. ``options`` set fields of the estimator."""
+    """Fit an estimator to labelled windows. ``model`` names it, see :func:`make_estimator`.
+
+    ``options`` set fields of the estimator.
+    """
     return fit_models([learn], model, task, seed, options)[0]
 
 
@@ -40,7 +49,10 @@ def fit_models(
     seed: int,
     options: Mapping[str, Any],
 ) -> Sequence[WindowModel]:
-    """Train a model on each of several sets of windows."""
+    """Fit an estimator to each of several sets of windows. Return one model per set.
+
+    Arguments are those of :func:`fit_model`. Raise TypeError if the estimator makes something else.
+    """
     estimator = make_estimator(model, task, sets[0].rate, **options)
     with ESTIMATORS.convert_errors(estimator.name):
         models = list(
@@ -58,7 +70,11 @@ def fit_models(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
-    """Held-out predictions to compute: estimator, task, data, splits and options."""
+    """Predictions to compute for held-out windows, with one estimator.
+
+    ``model`` names the estimator, and ``options`` set its fields. ``splits`` state which windows of
+    ``data`` it is fitted to, and which it predicts.
+    """
 
     model: object
     task: Task
@@ -68,14 +84,20 @@ class Question:
 
 
 def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
-    """Return for each question a prediction of every window, by a model not trained on it."""
+    """Predict each window with a model that was not fitted to it. Return one array per question.
+
+    Windows that no split holds out have NaN.
+    """
     return [answers for answers, _ in held_out_with_spread(runner, questions, seed)]
 
 
 def held_out_with_spread(
     runner: Runner, questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
-    """Return the predictions of :func:`held_out`, each with its predicted standard deviation."""
+    """Predict as :func:`held_out`. Return predictions and standard deviations for each question.
+
+    Standard deviations are None if a model predicts none.
+    """
     jobs = []
     for number, question in enumerate(questions):
         for split in question.splits:
@@ -104,7 +126,11 @@ def held_out_with_spread(
 def _held_out(
     job: tuple[int, range], questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
-    """Return predictions for the pinches that some splits of a question hold out."""
+    """Fit models for some splits of one question, and predict the windows that these hold out.
+
+    ``job`` holds the number of the question and the numbers of its splits. Return predictions and
+    standard deviations (or None) for each split.
+    """
     question = questions[job[0]]
     splits, data = [question.splits[place] for place in job[1]], question.data
     sets = [data.take(split.train) for split in splits]
@@ -119,7 +145,11 @@ LEAST = 10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FinalModel:
-    """Trained model with its held-out scores and its interval."""
+    """Model that is fitted to all windows, with the scores of held-out predictions.
+
+    ``split`` describes in words how windows were held out. ``conformal`` holds the coverage of
+    ``interval`` on held-out windows, or under "none" the reason why there is no interval.
+    """
 
     model: WindowModel
     scores: TaskScores
@@ -137,7 +167,11 @@ def train_final_model(
     runner: Runner,
     limits: tuple[float, float] | None = SHORE_A.limits,
 ) -> FinalModel:
-    """Train a model on all examples, with held-out scores and an interval within ``limits``."""
+    """Fit an estimator to all windows, and score it on held-out windows.
+
+    ``level`` is the nominal coverage of its interval, and ``limits`` are the ends of the scale.
+    Raise ArgumentError if there are too few windows, or all have one label.
+    """
     if len(data) < LEAST:
         raise ArgumentError(
             f"{len(data)} labelled pinches are too few to train a model and to score it: record "
@@ -164,7 +198,7 @@ def train_final_model(
     )
     scores = score(data.y, answers, data.bootstrap_clusters, seed)
     reason = (
-        refusal(data.y, data.sessions, level)
+        missing_interval_reason(data.y, data.sessions, level)
         if task == Task.REGRESSION
         else "a classification predicts one of its classes"
     )
@@ -186,7 +220,10 @@ def train_final_model(
 
 
 def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
-    """Return folds that hold out whole sessions, and their description."""
+    """Return splits that hold out whole sessions, and a description of them in words.
+
+    Without two named sessions, one split holds out a random fifth of the windows.
+    """
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)
         words = f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
@@ -211,11 +248,13 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
 
 
 def scores_in_words(scores: TaskScores, quantity: Quantity) -> str:
-    """Return scores as one line of text. Errors have the quantity's unit, or are factors."""
+    """Return scores as a line of text, with errors in the unit of the quantity or as factors."""
     pinches, words = counted(scores.n, "pinch"), quantity.error_words
     if isinstance(scores, ClassificationScores):
         return f"accuracy {percent(scores.accuracy)}, {pinches}"
-    square = "" if quantity.is_logarithmic else f", mse {words(scores.mse)}²"
+    square = f", mse {words(scores.mse)}²"
+    if quantity.is_logarithmic:
+        words, square = (lambda error: f"factor {exp(error):.2f}"), ""
     return (
         f"rmse {words(scores.rmse)}, mae {words(scores.mae)}{square}, bias {words(scores.bias)}, "
         f"{pinches}"
@@ -223,14 +262,14 @@ def scores_in_words(scores: TaskScores, quantity: Quantity) -> str:
 
 
 def interval_in_words(final: FinalModel, quantity: Quantity) -> str:
-    """Return the width of the interval and its held-out coverage as one line of text."""
+    """Return the width of an interval and its coverage on held-out windows as one line of text."""
     if final.interval is None:
-        return f"no interval: {final.conformal['none']}"
+        return f"the model has no interval, because {final.conformal['none']}"
     checked = final.conformal["held_out"]
     if not checked:
-        return f"interval at level {final.interval.level:g}: too few pinches to check it on"
+        return f"the interval at level {final.interval.level:g} was not checked: too few pinches"
     return (
-        f"held out, interval from other folds: the interval at level {final.interval.level:g} "
-        f"held the truth in {percent(checked['coverage'])} of {checked['n']} pinches, mean "
-        f"width {quantity.width_words(checked['mean_width'])}"
+        f"the interval at level {final.interval.level:g} held the truth in "
+        f"{percent(checked['coverage'])} of {checked['n']} pinches of held-out folds, mean width "
+        f"{quantity.width_words(checked['mean_width'])}"
     )

@@ -1,4 +1,4 @@
-"""Options of a training, checked before it begins."""
+"""Options of :func:`firstcontact.train`, checked before the training begins."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ MOST_SEEDS = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Checked options of one training."""
+    """Checked options of one training.
+
+    ``durations`` are lengths of windows, s; ``rate`` is in Hz.
+    """
 
     estimator: object
     kind: type[EstimatorInfo]
@@ -42,7 +45,10 @@ class Plan:
         return issubclass(self.kind, Estimator)
 
     def model_rate(self, data: Dataset) -> float | None:
-        """Return the rate to resample pinches to, Hz. All parts of a model use the same rate."""
+        """Return the sampling rate to which all pinches are resampled, Hz; None to keep theirs.
+
+        All predictors of a model use the same rate.
+        """
         if self.rate is None and (has_shore_a(data) or not self.learns_windows):
             return pretrained().rate
         if self.rate is None and data.quantity in PHYSICAL:
@@ -50,7 +56,7 @@ class Plan:
         return self.rate
 
     def check_sizes(self, rate: float) -> None:
-        """Raise InputError if two windows have equally many samples at this rate, Hz."""
+        """Raise ArgumentError if two windows have equally many samples at this rate, Hz."""
         sizes = [samples_in(length, rate) for length in self.durations]
         if len(set(sizes)) < len(sizes):
             raise ArgumentError(
@@ -68,7 +74,10 @@ def make_plan(
     rate: float | None,
     seed: int,
 ) -> Plan:
-    """Check the options of a training. The InputError names the parameter."""
+    """Check the options of a training, which are those of :func:`firstcontact.train`.
+
+    Raise ArgumentError for a wrong option. The error names the parameter.
+    """
     durations: list[float] = np.atleast_1d(windows).tolist()
     is_explicit = estimator is not None or task != Task.REGRESSION or durations != [DURATION]
     estimator = ESTIMATORS.default if estimator is None else estimator
@@ -92,7 +101,10 @@ def make_plan(
 
 
 def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Raise InputError for options that the network does not support. It names the parameter."""
+    """Raise ArgumentError for an option that the network does not support.
+
+    It names the parameter.
+    """
     base = pretrained()
     is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
     refusals = {
@@ -114,7 +126,7 @@ def has_shore_a(dataset: Dataset) -> bool:
 
 
 def check_windows(windows: Sequence[float]) -> None:
-    """Raise InputError for impossible window lengths, s. It names the parameter."""
+    """Raise ArgumentError unless all window lengths lie between 1 ms and 1 s."""
     if not windows or not all(0.001 <= length <= 1.0 for length in windows):
         raise ArgumentError(
             "the lengths of windows must lie between 1 ms and 1 s", parameter="windows"
@@ -122,6 +134,6 @@ def check_windows(windows: Sequence[float]) -> None:
 
 
 def check_seed(seed: int) -> None:
-    """Raise InputError for a random seed that scikit-learn does not accept."""
+    """Raise ArgumentError if scikit-learn does not accept this random seed."""
     if not 0 <= seed < MOST_SEEDS:
         raise ArgumentError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")

@@ -80,8 +80,8 @@ def train(
     data
         Labelled pinches. Pinches with role "test" are ignored.
     estimator
-        Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
-        classifier; or a regressor or classifier itself, as a class or an instance. The library
+        Name of a registered estimator, such as "svm"; ``PACKAGE:NAME`` of a scikit-learn regressor
+        or classifier; or a regressor or classifier itself, as a class or an instance. The library
         skops saves it, and accepts only types of scikit-learn, SciPy and NumPy. "combined" makes
         the model of :func:`adapt`, "network" the same without the regression. None trains "svm",
         but the network predicts by default, unless you choose a task or windows.
@@ -95,8 +95,8 @@ def train(
         without the session of the pinch, or without the pinch if sessions are unknown. "known":
         windows start at the contacts in ``data``, which come from contact strips or labels.
     windows
-        Length of the signal after the contact that a model uses, s. Several lengths give a model
-        each.
+        Length of the signal after the contact that a window model uses, s. Several lengths give
+        several window models, one for each length.
     level
         Nominal coverage of the prediction intervals of window models, from 0.5 to 0.99.
     rate
@@ -107,7 +107,7 @@ def train(
     workers
         Number of processes; 0 means one per core.
     progress
-        True shows a bar; a function is called with the number of steps just finished.
+        True shows a bar. A function is called with the number of steps just finished.
 
     Returns
     -------
@@ -156,7 +156,10 @@ def train(
 def _train_windows(
     plan: Plan, dataset: Dataset, aligned: Alignment, runner: Runner, step: Callable[[int], object]
 ) -> tuple[list[SavedPredictor], list[str]]:
-    """Train a model for each window length. Return predictors, and sentences on their scores."""
+    """Train a window model for each window length of the plan.
+
+    ``step`` is called with 1 after each one. Return predictors, and sentences on their scores.
+    """
     is_scaled = plan.task is Task.REGRESSION
     cuts = [
         (length, cut_windows(dataset, aligned.contacts, length, is_scaled))
@@ -186,15 +189,16 @@ def _train_windows(
 
 
 class UnknownRigError(ArgumentError):
-    """Error for pinches to which the network cannot be adapted."""
+    """Error for pinches that the network cannot be adapted to, such as those without Shore A."""
 
 
 def _fit_anytime(
     plan: Plan, dataset: Dataset, aligned: Alignment
 ) -> tuple[list[SavedPredictor], list[str]]:
-    """Make the any-time model from pinches with Shore A, and sentences for the user on it.
+    """Make the any-time model from pinches with Shore A.
 
-    Both lists are empty if the plan has no such model.
+    Return it in a list, and sentences for the user on it. Both lists are empty if the plan has no
+    such model.
     """
     if plan.learns_windows and not has_shore_a(dataset):
         return [], []
@@ -205,7 +209,7 @@ def _fit_anytime(
         if not plan.learns_windows:
             raise
         _log.info("no network: %s", error.message)
-        return [], [f"no network: {error.message}"]
+        return [], [f"the network is left out, because {error.message}"]
     prefix = "network: " if plan.learns_windows else ""
     return [model], [prefix + line for line in sentences]
 
@@ -237,10 +241,12 @@ def _fitted(
 
 
 def _closing_notes(predictors: Sequence[SavedPredictor], digests: Digests) -> list[str]:
-    """Return sentences on the default predictor, and on pinches that occur twice."""
+    """Return sentences on which predictor is the default, and on pinches that occur twice."""
     notes = []
     if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:
-        notes.append(f"{names[0]} predicts by default; {names[1]} if you name it as estimator")
+        notes.append(
+            f"the estimator {names[0]} predicts by default: name {names[1]} to use it instead"
+        )
     if copies := len(digests) - len(np.unique(digests)):
         notes.append(
             f"warning: {counted(copies, 'pinch')} with the samples of another pinch, so held-out "
@@ -252,7 +258,10 @@ def _closing_notes(predictors: Sequence[SavedPredictor], digests: Digests) -> li
 def train_detector(
     data: Dataset, detector: str | None = None, *, rate: float | None = None
 ) -> Model:
-    """Train a contact detector alone, from pinches with known contacts."""
+    """Fit a contact detector alone, and return a model that has no predictors.
+
+    ``detector`` names it. Pinches with known contacts are resampled to ``rate``, Hz, if given.
+    """
     dataset, notes = _resampled(training_pinches(data), rate)
     fitted = fit_detector(dataset, detector)
     return Model(fitted, notes=tuple(notes), detector_data=detector_data(fitted, dataset))
@@ -286,7 +295,7 @@ def adapt(
     seed
         Random seed for the cross-validation folds.
     progress
-        True shows a bar; a function is called with the number of steps just finished.
+        True shows a bar. A function is called with the number of steps just finished.
 
     Returns
     -------
@@ -305,7 +314,7 @@ def adapt(
     >>> data = fc.load("recordings")
     >>> model = fc.adapt(data)
     >>> model.notes[0]
-    'the network learns the rig from 59 pinches of 5 Shore A levels'
+    'the network was adapted to 59 pinches of 5 Shore A levels'
     """
     check_seed(seed)
     if estimator is not None and issubclass(find_estimator(estimator), Estimator):
@@ -333,7 +342,7 @@ def adapt(
 
 
 def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
-    """Return a description of the data that a detector was fitted to, for its card."""
+    """Return a description of the pinches that a detector was fitted to, for its card."""
     if not detector.learns:
         return {}
     if is_pretrained(detector):
@@ -346,7 +355,7 @@ def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
 
 
 def training_pinches(data: Dataset) -> Dataset:
-    """Return the pinches without role "test". Raise InputError if there are none."""
+    """Return the pinches without role "test". Raise ArgumentError if none is left."""
     require_dataset(data)
     dataset = data.take(~data.test)
     if not len(dataset):
@@ -357,7 +366,7 @@ def training_pinches(data: Dataset) -> Dataset:
 
 
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
-    """Return pinches with the sampling rate ``rate``, Hz, and a sentence if they had another."""
+    """Return pinches resampled to ``rate``, Hz, and a sentence on it if they had another rate."""
     given_rate(dataset.layout.rate, "data")
     resampled = dataset if rate is None else resample_dataset(dataset, rate)
     return resampled, list(resampled.notes[len(dataset.notes) :])

@@ -1,4 +1,4 @@
-"""Types of arrays, and the two learning tasks, which all models share."""
+"""Types of arrays, and the two learning tasks of all models."""
 
 from __future__ import annotations
 

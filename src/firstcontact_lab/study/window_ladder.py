@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import ArgumentError, ModelError
 from firstcontact.models import Predictions, Task, Touches, Windows, make_estimator
-from firstcontact.models.interval import SHORE_A, Interval, conformal_interval, least_answers
+from firstcontact.models.interval import SHORE_A, Interval, conformal_interval, least_predictions
 from firstcontact.models.splits import inner_folds
 from firstcontact.models.values import Values
 from firstcontact.models.windows.window_model import usable
@@ -125,7 +125,7 @@ def _fit_rung(
         predicted[ask] = _checked(predict(X[ask]), len(ask))
     is_held_out = np.isfinite(predicted)
     answers, truth = np.clip(predicted[is_held_out], *SHORE_A), y[is_held_out]
-    enough = len(truth) >= least_answers(LEVEL)
+    enough = len(truth) >= least_predictions(LEVEL)
     interval = conformal_interval(answers, truth, LEVEL) if enough else None
     sd = float(np.sqrt(np.mean((answers - truth) ** 2))) if len(truth) else float(y.std())
     return _Rung(samples, fit(X, y, groups), float(y.mean()), max(sd, 1e-3), interval)

@@ -48,6 +48,6 @@ class Adapt:
         for line in model.notes:
             print(line)
         rig = "of an unknown rig " if data is None else ""
-        print(f"wrote the network {rig}and the detector {model.own_detector.name}: {self.out}")
+        print(f"wrote the network {rig}and the detector {model.own_detector.name} to {self.out}")
         if former:
             print(f"replaced the former model in {self.out}")

@@ -78,8 +78,9 @@ class Train:
         for line in model.notes:
             print(line)
         if model.prediction_times:
-            print(f"model: {self.out}")
-        print(f"detector {model.own_detector.name}: {self.out}")
+            print(f"wrote the model and the detector {model.own_detector.name} to {self.out}")
+        else:
+            print(f"wrote the detector {model.own_detector.name} to {self.out}")
         if former:
             print(f"replaced the former model in {self.out}")
 

@@ -33,7 +33,11 @@ _SCALES = 0.1, 10.0
 def average_with_regressions(
     base: RigModel, touches: Touches, shore_a: Values, seed: int, scale: NDArray[np.float64]
 ) -> RigModel:
-    """Return the network adapted to a rig, averaged with a regression on the rig's pinches."""
+    """Return the network adapted to a rig, averaged with a regression on the rig's pinches.
+
+    ``base`` is the network. ``scale`` multiplies the regression's standard deviations, shape
+    (stages,).
+    """
     rigs = known_rigs(touches, shore_a, seed)
     regressions = {}
     for finger, (rig, members) in rigs.items():
@@ -59,8 +63,8 @@ def adapt_combined(
     touches, shore_a = touches.take(lasting).as_blocks(), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
     if len(touches) < LEAST_PINCHES or len(np.unique(shore_a)) < LEAST_LEVELS:
-        few = f"fewer than {LEAST_PINCHES} pinches or {LEAST_LEVELS} levels"
-        return replace(adapted, notes=(f"{few}: the network predicts alone",))
+        few = f"fewer than {LEAST_PINCHES} pinches or {LEAST_LEVELS} values of Shore A"
+        return replace(adapted, notes=(f"the network predicts alone, because there are {few}",))
     scale = spread_scale(base, touches, shore_a, seed)
 
     def condition(touches: Touches, shore_a: Values) -> RigModel:
@@ -68,7 +72,9 @@ def adapt_combined(
 
     held_out = score_held_out(condition, touches, shore_a, sessions, seed)
     if held_out is None:
-        return replace(adapted, notes=("no pinch can be held out: the network predicts alone",))
+        return replace(
+            adapted, notes=("the network predicts alone, because no pinch can be held out",)
+        )
     offset = held_out.offset(shore_a, touches.rate)
     held_out = held_out.less_offset(shore_a)
     check = held_out.check(base.level, touches.rate, is_average=True)
@@ -77,9 +83,9 @@ def adapt_combined(
     model = adapted.model.with_regressions(shifted, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors[-1])}
     note = (
-        f"by held-out blocks, all predictions are changed by {-offset.max():+.1f} to "
-        f"{-offset.min():+.1f} Shore A, depending on the time; the errors and intervals of a block "
-        "are checked with the change that the other blocks give"
+        f"{-offset.max():+.1f} to {-offset.min():+.1f} Shore A are added to all predictions, "
+        "depending on the time, to remove the bias on held-out blocks; the errors and intervals of "
+        "a block are checked with the correction that the other blocks give"
     )
     notes = (note,) if offset.any() else ()
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check, notes)
@@ -100,7 +106,11 @@ class CombinedEstimator(NetworkEstimator):
 def spread_scale(
     base: RigModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
-    """Return the factor that calibrates a regression's spreads, per signal length, (stages,)."""
+    """Return the factors that make a regression as well calibrated as the network, shape (stages,).
+
+    Each factor multiplies the regression's standard deviations at one signal length. Pinches of
+    each Shore A are held out in turn to choose the factors.
+    """
     ones = np.ones(len(Rig.STAGES))
     squares = np.zeros((2, len(Touches.SCORED_MS)))
     groups = level_groups(shore_a)
@@ -129,7 +139,7 @@ def spread_scale(
 
 
 def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
-    """Return indices of at most ``most`` random pinches, equally many of each Shore A."""
+    """Return positions of at most ``most`` random pinches, about as many of each Shore A."""
     order = np.random.default_rng(seed).permutation(len(shore_a))
     earlier = np.empty(len(order), np.intp)
     for level in np.unique(shore_a):
@@ -140,6 +150,6 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
 
 
 def _stage_inputs(model: RigModel, touches: Touches) -> NDArray[np.float64]:
-    """Return the regression's inputs from signals of several lengths, (lengths, n, inputs)."""
+    """Return the regression's inputs for each signal length, shape (stages, n, inputs)."""
     cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

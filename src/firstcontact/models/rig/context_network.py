@@ -22,7 +22,10 @@ _MOST = 1e6
 
 
 class ContextNetwork:
-    """Weights of the network: a perceptron of matrices of 16-bit integers, with a scale per row."""
+    """Weights of the pre-trained network, a perceptron whose second layer a rig's summary shifts.
+
+    Matrices hold 16-bit integers, with one scale per row.
+    """
 
     #: Number of standard deviations from the mean at which inputs are clipped.
     FARTHEST: ClassVar[float] = 6.0
@@ -78,7 +81,7 @@ class ContextNetwork:
 
     @property
     def directions(self) -> int:
-        """Size of the vector that describes a rig within the network."""
+        """Length of the vector by which a rig shifts the second layer."""
         return len(self["body1.into.weight"])
 
     @property
@@ -93,10 +96,11 @@ class ContextNetwork:
         ]
 
     def rig_term(self, tokens: NDArray[Any], general: NDArray[Any]) -> NDArray[np.float32]:
-        """Return the vector with which a rig shifts the network's second layer, per signal length.
+        """Return the vectors by which a rig shifts the second layer, shape (stages, directions).
 
-        ``tokens`` are the rig's features for each Shore A, ``general`` those of the whole rig. The
-        shape is (stages, directions).
+        ``tokens`` are the rig's features for each signal length and Shore A, ``general`` those of
+        the whole rig; see :class:`Rig`. Raise ModelError if the weights are so large that
+        predictions may overflow.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             e = self._scaled("token", tokens)
@@ -130,7 +134,11 @@ class ContextNetwork:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Familiar:
-    """Mean, whitening matrix and largest distance of signal features in training, per length."""
+    """Statistics of the training signals' features, by which a contact is found out of range.
+
+    They are a mean, a whitening matrix, and the largest distance from the mean, for each signal
+    length.
+    """
 
     mean: NDArray[np.float64]
     whitening: NDArray[np.float64]
@@ -153,7 +161,10 @@ class Familiar:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
-        """Restore the statistics from named arrays. Raise ModelError if these do not fit."""
+        """Restore the statistics from arrays of these names.
+
+        Raise ModelError if one does not fit.
+        """
         shape = (len(Rig.STAGES), TRAITS)
         mean = take_array(arrays, "familiar.mean", *shape)
         whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)

@@ -1,4 +1,4 @@
-"""Pre-trained network as an estimator: it is adapted to a rig by a summary of the rig's pinches."""
+"""Estimator that adapts the pre-trained network to a rig. A summary of the rig becomes an input."""
 
 from __future__ import annotations
 
@@ -45,7 +45,11 @@ FOLDS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Adapted:
-    """Model that was adapted to a rig, with its scores on held-out pinches."""
+    """Model that was adapted to a rig, with its scores on held-out pinches.
+
+    ``scores`` holds the RMSE of each kind of model, Shore A, and ``mean_rmse`` that of always
+    predicting the mean. ``notes`` and ``split`` are sentences for the user.
+    """
 
     model: RigModel
     scores: Mapping[str, float]
@@ -56,18 +60,18 @@ class Adapted:
 
     @property
     def rmse(self) -> float:
-        """RMSE of the model on held-out pinches, Shore A; NaN without such pinches."""
+        """RMSE of the model on held-out pinches, Shore A; NaN if none could be held out."""
         alone = self.scores.get(RigModel.kind, float("nan"))
         return self.scores.get(self.model.name, alone)
 
     @property
     def by_finger(self) -> bool:
-        """True if the model was adapted to each finger separately, not to all together."""
+        """True if each finger counts as a rig of its own, False if all fingers are one rig."""
         return len(self.model.rigs) > 1
 
     @property
     def refusal(self) -> str:
-        """Return the reason why the model is useless for this rig; "" if it is useful."""
+        """Reason why the model must not be used for this rig, as a sentence; "" if it is useful."""
         if not self.scores:
             return ""
         rmse = max(self.rmse, self.scores[RigModel.kind])
@@ -97,7 +101,11 @@ def adapt_network(
     sessions: NDArray[np.str_] | None = None,
     seed: int = 0,
 ) -> Adapted:
-    """Adapt the pre-trained network to a rig. Objects of unknown shape count as flat blocks."""
+    """Adapt the pre-trained network ``base`` to a rig, and score it on held-out pinches.
+
+    Objects of unknown shape count as flat blocks. ``sessions`` are held out as a whole, if given.
+    Raise ArgumentError with fewer than 4 pinches or 2 values of Shore A.
+    """
     lasting, touches = touches.answerable, touches.as_blocks()
     longest, shore_a = touches.take(lasting), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
@@ -114,7 +122,10 @@ def adapt_network(
     held_out = score_held_out(condition, longest, shore_a, sessions, seed)
     if held_out is None:
         made = adapt_network(base, longest, shore_a, None, seed)
-        return replace(made, split="held out: random pinches, because each session has one level")
+        return replace(
+            made,
+            split="random pinches were held out, because each session has one value of Shore A",
+        )
     check = held_out.check(base.level, touches.rate)
     model = condition(longest, shore_a).rescaled(check.scales)
     scores = {model.name: root_mean_square(held_out.errors[-1])}
@@ -128,9 +139,10 @@ Condition = Callable[[Touches, Values], RigModel]
 def known_rigs(
     touches: Touches, shore_a: Values, seed: int
 ) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
-    """Return the summaries of the whole hand and of each finger, with the contacts' indices.
+    """Return a summary of the whole hand, and of each finger with enough pinches.
 
-    Keys are finger numbers; -1 is the whole hand.
+    Keys are finger numbers; -1 is the whole hand. Each value is the summary, and the positions of
+    the contacts that it was computed from.
     """
 
     def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
@@ -146,7 +158,7 @@ def known_rigs(
 
 
 def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
-    """Return indices of random pinches, at most ``MOST_OF_LEVEL`` for each Shore A, ascending."""
+    """Return positions of random pinches in order, at most ``MOST_OF_LEVEL`` for each Shore A."""
     rng = np.random.default_rng(seed)
     chosen = []
     for level in np.unique(shore_a):
@@ -157,7 +169,12 @@ def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldOut:
-    """Errors of predictions for held-out pinches of a rig, Shore A."""
+    """Errors of predictions for held-out pinches of a rig, Shore A.
+
+    Errors are predictions minus labels. ``from_mean`` are the errors of predicting the mean, shape
+    (n,). ``ratios`` are magnitudes of errors over half widths of intervals, shape (times, n).
+    ``rows`` are the positions of the pinches.
+    """
 
     #: Errors at each scored time, shape (times, n). The last time is the longest.
     errors: Values
@@ -182,11 +199,11 @@ class HeldOut:
         return IntervalCheck(n, float((ratios <= 1).mean(axis=1).min()), scales)
 
     def offset(self, shore_a: Values, rate: float) -> NDArray[np.float64]:
-        """Return the likely bias on objects at each stage, from the rig's own blocks, Shore A.
+        """Return the bias to subtract from predictions for the rig, Shore A, shape (stages,).
 
-        It is the value at ``MIDDLE`` of a line through the mean errors of the levels, because noise
-        draws predictions to the middle, which is no bias. It is drawn to 0, the more so the worse
-        the line fits.
+        A line is fitted to the mean errors over the Shore A of the rig's blocks. The bias is its
+        value at ``MIDDLE``, because noise draws predictions to the middle, which is no bias. The
+        bias is shrunk to 0, and more so the worse the line fits.
         """
         bias = self._bias(shore_a[self.rows], LEAST_LEVELS_OF_LINE)
         return np.interp(Rig.STAGES, Rig.stages_at_scored_times(rate), bias)
@@ -225,7 +242,10 @@ def score_held_out(
     sessions: NDArray[np.str_] | None,
     seed: int,
 ) -> HeldOut | None:
-    """Score a model on pinches that it was not adapted to; None if none can be held out."""
+    """Return the errors on pinches that the model was not adapted to; None if none can be held out.
+
+    ``condition`` makes the model from the other pinches of each fold.
+    """
     parts = []
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):
@@ -253,8 +273,8 @@ def root_mean_square(errors: Values) -> float:
 class NetworkEstimator(AnytimeEstimator):
     """Estimator that adapts the package's network to one rig (hand with its sensors).
 
-    It learns from whole contacts instead of windows, and no weights are trained: the pinches of the
-    rig become an input of the network.
+    It learns from contacts with their whole signals instead of windows. No weights are trained: a
+    summary of the rig's pinches becomes an input of the network.
     """
 
     name: ClassVar[str] = RigModel.kind
@@ -285,17 +305,17 @@ class NetworkEstimator(AnytimeEstimator):
 
 
 def rig_estimators() -> dict[str, type[NetworkEstimator]]:
-    """Return the registered estimators that adapt the network to a rig, by name."""
+    """Return the registered estimators that adapt the network to a rig. Keys are their names."""
     return {n: entry for n, entry in ESTIMATORS.items() if issubclass(entry, NetworkEstimator)}
 
 
 def _rig_sentence(shore_a: Values, made: Adapted) -> str:
-    """Return a sentence on the pinches that the network was adapted to."""
+    """Return a sentence on the number of pinches that the network was adapted to."""
     levels, counts = np.unique(shore_a, return_counts=True)
     per = " and finger" if made.by_finger else ""
     limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
     return (
-        f"the network learns the rig from {counted(len(shore_a), 'pinch')} of "
+        f"the network was adapted to {counted(len(shore_a), 'pinch')} of "
         f"{counted(len(levels), 'Shore A level')}{limit * bool(counts.max() > MOST_OF_LEVEL)}"
     )
 
@@ -331,13 +351,13 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
 def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
     """Return sentences for the user on held-out errors, and on the coverage of the intervals."""
     if made.check is None:
-        return ["errors and intervals are not checked: too few pinches to hold some out"]
+        return ["errors and intervals were not checked, because there are too few pinches"]
     alone = made.scores[RigModel.kind]
-    one_for = "each finger is" if made.by_finger else "all fingers together are"
+    fingers = "each finger separately" if made.by_finger else "all fingers together"
     sentences = [made.split] if made.split else []
     sentences.append(
-        f"held-out pinches: rmse of the network {alone:.2f} Shore A, {made.mean_rmse:.2f} if the "
-        f"mean is always predicted; {one_for} one rig"
+        f"on held-out pinches, the network has an rmse of {alone:.2f} Shore A, and always "
+        f"predicting the mean has {made.mean_rmse:.2f}; it was adapted to {fingers}"
     )
     if (kind := made.model.name) != RigModel.kind:
         advice = (
@@ -347,14 +367,15 @@ def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
         sentences.append(f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice}")
     narrowest, widest = made.check.scales.min(), made.check.scales.max()
     change = (
-        f"now {floor(100 * narrowest) / 100:.2f} to {ceil(100 * widest) / 100:.2f} times as wide"
+        f"so they are now {floor(100 * narrowest) / 100:.2f} to {ceil(100 * widest) / 100:.2f} "
+        "times as wide"
         if (made.check.scales != 1.0).any()
-        else "not changed"
+        else "and they were not changed"
     )
     least = floor(1000 * made.check.coverage + 1e-6) / 1000  # a share that is not too large
     sentences.append(
-        f"intervals: at every time they held the truth of at least {percent(least)} "
-        f"of {counted(made.check.n, 'held-out pinch')} (wanted: {100 * base.level:.0f} %): "
-        f"{change}"
+        f"at every time, the intervals contained the true Shore A of at least {percent(least)} of "
+        f"{counted(made.check.n, 'held-out pinch')}; the nominal coverage is "
+        f"{100 * base.level:.0f} %, {change}"
     )
     return sentences

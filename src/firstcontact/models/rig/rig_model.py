@@ -43,12 +43,13 @@ LOUD = 1e-9, 1e9
 
 
 class RigModel(AnytimeModel):
-    """Pre-trained network with summaries of the rigs that it is adapted to, by finger number.
+    """Pre-trained network with a summary of each rig that it is adapted to.
 
-    Each rig may have a regression on its own pinches. Then a prediction is a mixture of the
-    network's prediction and the regression's, weighted by the inverse of their variances. Its
-    spread is the standard deviation of the mixture, so it grows where both differ. The regression
-    dominates for contacts like those of the rig's pinches, the network for others.
+    A rig is the whole hand or one finger. Keys of ``rigs`` and ``regressions`` are finger numbers;
+    -1 is the whole hand. A rig may also have a regression on its own pinches. Then a prediction is
+    a mixture of the network's prediction and the regression's, weighted by the inverse of their
+    variances. Its spread is the standard deviation of the mixture, so it grows where both differ.
+    The regression dominates for contacts like those of the rig's pinches, the network for others.
     """
 
     kind: ClassVar[str] = "network"
@@ -100,7 +101,10 @@ class RigModel(AnytimeModel):
 
     @property
     def uses_speed(self) -> bool:  # type: ignore[override]
-        """True if the rig's own pinches had measured closing speeds. Others are ignored."""
+        """True if measured speeds of the rig's own pinches are known.
+
+        Otherwise speeds are ignored.
+        """
         return any(rig.speeds is not None for rig in self.rigs.values())
 
     def chain_constants(self) -> ModelConstants:
@@ -141,11 +145,14 @@ class RigModel(AnytimeModel):
 
     @cached_property
     def image(self) -> Image:
-        """Constants of the model as bytes for the C chain, without a contact detector."""
+        """Constants of the model in the format of the C chain, without a contact detector."""
         return build_image(self.rate, model=self.chain_constants())
 
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
-        """Return half widths of intervals, from standard deviations and lengths of signals."""
+        """Return half widths of intervals from predicted standard deviations, Shore A, shape (n,).
+
+        ``samples`` are the lengths of the signals after the contact.
+        """
         return spreads * self.factors[Rig.stage_index(samples)]
 
     def network_alone(self) -> Self:
@@ -153,15 +160,19 @@ class RigModel(AnytimeModel):
         return self._changed(factors=self.network_factors, regressions={})
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> Self:
-        """Return the same network with other summaries of rigs, and without regressions."""
+        """Return the same network, adapted to other rigs and without regressions.
+
+        Keys of ``rigs`` are finger numbers; -1 is the whole hand.
+        """
         return self.network_alone()._changed(rigs=dict(rigs))
 
     def with_regressions(
         self, regressions: Mapping[int, RigRegression], factors: NDArray[np.float64]
     ) -> Self:
-        """Return a model that averages this network with regressions, given by finger number.
+        """Return a model that averages this network with the regression of each rig.
 
-        ``factors`` turn the average's spreads into half widths of intervals, shape (stages,).
+        Keys of ``regressions`` are finger numbers. ``factors`` turn standard deviations of the
+        average into half widths of intervals, shape (stages,).
         """
         return self._changed(regressions=dict(regressions), factors=factors)
 
@@ -212,7 +223,10 @@ class RigModel(AnytimeModel):
         return out
 
     def predict_touches(self, touches: Touches) -> Predictions:
-        """Return a prediction for each contact, from its samples before the second contact."""
+        """Return one prediction per contact, from the samples before the second finger's contact.
+
+        Raise ModelError for contacts at another rate, or with too few samples.
+        """
         self._check(touches)
         out = predict_touches(self.image, *touches.arrays)
         if not (is_finite := np.isfinite(out).all(axis=1)).all():
@@ -225,7 +239,7 @@ class RigModel(AnytimeModel):
         return Predictions(value, spread, low, high, is_out_of_range > 0, elapsed)
 
     def regress(self, touches: Touches) -> tuple[Values, Values]:
-        """Return the predictions of the regressions, and their standard deviations, (n,) each."""
+        """Return the regressions' predictions and standard deviations, Shore A, shape (n,) each."""
         out = predict_touches(self.image, *touches.arrays, is_regression=True)
         return out[:, 0], out[:, 4]
 
@@ -244,7 +258,8 @@ class RigModel(AnytimeModel):
     def to_arrays(self) -> Arrays:
         """Return all arrays of the model by name: weights, summaries of rigs, and regressions.
 
-        A summary's names begin with ``rig.FINGER.``, those of a regression with ``own.FINGER.``.
+        Names of a rig's summary begin with ``rig.FINGER.``, those of its regression with
+        ``own.FINGER.``.
         """
         arrays = {**self.network.to_arrays(), **self.familiar.to_arrays()}
         arrays |= {"factors": self.factors, "mixed": self.mixed}

@@ -33,7 +33,7 @@ Spectra = NDArray[np.float32]
 
 
 class SpectrumConstants(TypedDict):
-    """Constant arrays for the spectrum of the motor's noise; ``fc_pitch.h`` describes them."""
+    """Constant arrays for the spectrum of the motor's noise; ``fc_pitch.h`` describes each one."""
 
     sine: NDArray[np.float32]
     fade: NDArray[np.float32]
@@ -43,7 +43,7 @@ class SpectrumConstants(TypedDict):
 
 @lru_cache(maxsize=8)
 def spectrum_constants(rate: float) -> SpectrumConstants:
-    """Return the constant arrays for the motor's spectrum at this sampling rate, Hz."""
+    """Return the constant arrays for the motor's spectrum at the sampling ``rate``, Hz."""
     quiet = samples_in(Touches.BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
     place = np.geomspace(LOWEST, HIGHEST, LINES) * (TURN / rate)
     cell = np.minimum(place.astype(np.int32), TURN // 2 - 1).astype(np.int32)
@@ -56,21 +56,31 @@ def spectrum_constants(rate: float) -> SpectrumConstants:
 
 
 def spectra(signals: Signals, rate: float) -> Spectra:
-    """Return the peaks of the motor's spectrum before each contact, shape (n, LINES)."""
+    """Return the spectrum of the motor's noise before each contact, shape (n, LINES).
+
+    Frequencies are spaced evenly in ln(frequency). ``signals`` are in V, ``rate`` is in Hz.
+    """
     constants = spectrum_constants(rate)
     return touch.spectra(signals[:, : len(constants["fade"])], **constants)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorPitch:
-    """Spectrum of a motor's noise at its usual speed. Its shift along frequency gives the speed."""
+    """Spectrum of a motor's noise, by which the closing speed of a contact is estimated.
+
+    The spectrum shifts along frequency with the speed. ``reference`` is the mean spectrum, aligned
+    over contacts. ``usual`` is its median shift in ln(frequency), which stands for the usual speed.
+    """
 
     reference: Spectra
     usual: float
 
     @classmethod
     def fit(cls, heard: Spectra) -> MotorPitch:
-        """Return the usual spectrum of a motor, from those before several contacts, (n, LINES)."""
+        """Return the pitch of a motor from the spectra before several contacts.
+
+        ``heard`` holds the spectra, shape (n, LINES).
+        """
         reference = heard[np.argmax(heard.std(axis=1))]
         for _ in range(_ROUNDS):
             shift, alike = touch.shifts(heard, reference)
@@ -85,7 +95,11 @@ class MotorPitch:
         return cls(reference, float(np.median(shift)) * STEP)
 
     def listen(self, heard: Spectra) -> tuple[Values, Values]:
-        """Return ln(speed / usual speed), and the confidence in it (0 to 1), shape (n,) each."""
+        """Estimate the closing speed at contacts from the spectra before them.
+
+        ``heard`` holds the spectra, shape (n, LINES). Return ln(speed / usual speed), and the
+        confidence in it from 0 to 1, shape (n,) each.
+        """
         shift, alike = touch.shifts(heard, self.reference)
         speed = shift.astype(np.float64) * STEP - self.usual
         return speed, np.clip(alike, 0.0, 1.0).astype(np.float64)
@@ -145,15 +159,19 @@ class Rig:
 
     @staticmethod
     def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
-        """Return the index of the first signal length in ``STAGES`` that is at least ``valid``."""
+        """Return the index of the shortest signal length in ``STAGES`` that is at least ``valid``.
+
+        ``valid`` is a number of samples after the contact. For longer signals the last index is
+        returned.
+        """
         stages = Rig.STAGES
         return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
 
     @classmethod
     def stages_at_scored_times(cls, rate: float) -> list[int]:
-        """Return the entry of ``STAGES`` that serves each scored time after the contact.
+        """Return the signal length in ``STAGES`` that each time in ``Touches.SCORED_MS`` uses.
 
-        The times are ``Touches.SCORED_MS``, and ``rate`` is in Hz.
+        Lengths are in samples, ``rate`` is in Hz.
         """
         samples = [samples_in(1e-3 * ms, rate) for ms in Touches.SCORED_MS]
         return [cls.STAGES[int(cls.stage_index(n))] for n in samples]
@@ -168,7 +186,8 @@ class Rig:
     def fit(cls, touches: Touches, shore_a: Values) -> Rig:
         """Return the summary of a rig, computed from contacts with objects of known Shore A.
 
-        ``shore_a`` holds the Shore A of the object of each contact, shape (n,).
+        ``shore_a`` holds the Shore A of each contact's object, shape (n,). Raise ArgumentError if
+        there is no contact.
         """
         if not len(touches):
             raise ArgumentError(
@@ -204,7 +223,10 @@ class Rig:
 
 
 def level_groups(shore_a: Values) -> NDArray[np.intp]:
-    """Return a group number for each pinch. Near values of Shore A share a group."""
+    """Return a group number for each pinch, shape (n,). Pinches of one Shore A share a group.
+
+    With more than ``Rig.LEVELS`` values of Shore A, neighbouring values share a group, too.
+    """
     values, group = np.unique(shore_a, return_inverse=True)
     if len(values) <= Rig.LEVELS:
         return group.astype(np.intp)
@@ -219,7 +241,11 @@ def _tokens(
     shore_a: Values,
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
-    """Return features per Shore A of contacts cut after ``stage`` samples, (levels, Rig.TOKEN)."""
+    """Return features of the pinches of each group, shape (groups, Rig.TOKEN).
+
+    ``groups`` holds positions of contacts with the same Shore A. Signals end ``stage`` samples
+    after the contact. ``sign`` and ``level`` are those of the rig.
+    """
     n = len(touches)
     valid = np.minimum(touches.valid, stage)
     scales = np.full(n, level), np.full(n, sign)
@@ -243,7 +269,7 @@ def _tokens(
 
 
 def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the median over all waveforms without their NaN; 0 where all are NaN."""
+    """Return the median over all waveforms at each sample, without NaN; 0 where all are NaN."""
     is_finite = np.isfinite(waves)
     filled = np.where(is_finite, waves, np.inf)
     filled.sort(axis=0)
@@ -270,7 +296,11 @@ FENCE = 2.0
 
 @dataclass(frozen=True, slots=True)
 class RigSpeeds:
-    """Usual closing speed of a rig, m/s, relative spread, and error of speeds from motor pitch."""
+    """Closing speeds of a rig.
+
+    ``usual`` is the median speed, m/s. ``spread`` is the standard deviation of ln(speed).
+    ``heard_error`` is the standard error of ln(speed) from the motor's pitch, infinite if unknown.
+    """
 
     usual: float
     spread: float = ASSUMED
@@ -278,7 +308,7 @@ class RigSpeeds:
 
     @property
     def is_possible(self) -> bool:
-        """True if spread and error lie within bounds. An infinite error stands for no pitch."""
+        """True if spread and pitch error are within bounds. An infinite pitch error is allowed."""
         errors = [self.spread, *([self.heard_error] if np.isfinite(self.heard_error) else [])]
         return all(LEAST_SPREAD <= error <= MOST_SPREAD for error in errors)
 
@@ -286,6 +316,12 @@ class RigSpeeds:
     def fit(
         cls, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]
     ) -> Self | None:
+        """Return the closing speeds of a rig from the speeds that its hand measured.
+
+        ``errors`` are relative standard errors of ``speeds`` (m/s). ``heard`` is ln(speed / usual
+        speed) from the motor's pitch, and ``believed`` is True where that is reliable. All have
+        shape (n,). Return None if no speed is exact enough.
+        """
         is_measured = np.isfinite(speeds) & (_bounded(errors) <= USELESS)
         if not is_measured.any():
             return None
@@ -306,12 +342,15 @@ def _log_ratio(speeds: Values, usual: float) -> Values:
 
 
 def _bounded(errors: Values) -> Values:
-    """Return relative errors of closing speeds, raised to a least error. NaN counts as exact."""
+    """Return relative errors of closing speeds, at least ``LEAST_SPREAD``. NaN counts as exact."""
     return np.maximum(np.where(np.isnan(errors), 0.0, errors), LEAST_SPREAD)
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of values without outliers, minus the variance of noise."""
+    """Return the standard deviation of ``values`` without outliers and without measurement noise.
+
+    ``noise`` holds the variance of the noise of each value.
+    """
     low, high = np.quantile(values, [0.25, 0.75])
     reach = FENCE * max(high - low, LEAST_SPREAD)
     usual = values[(values >= low - reach) & (values <= high + reach)]
@@ -329,7 +368,7 @@ MOST_PINCHES = 32
 
 
 class RigRegression:
-    """Regression from signal features to Shore A, fitted to the pinches of one rig.
+    """Gaussian process from signal features to Shore A, fitted to the pinches of one rig.
 
     All rigs have the same length scale and variances (:func:`touch_constants`). Values that were
     chosen on held-out pinches of each rig scored no better on rigs whose structure differs from
@@ -356,7 +395,7 @@ class RigRegression:
         self._scale, self._offset = scale, offset
 
     def chain_constants(self) -> ProcessConstants:
-        """Return the constants with which the C chain predicts by this regression."""
+        """Return the constants that the C chain needs to predict by this regression."""
         inputs, shore_a, fixed = self._inputs, self._shore_a, touch_constants()
         mean, sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_DEVIATION
         centre, unit = float(shore_a.mean()), max(float(shore_a.std()), 1.0)
@@ -383,7 +422,10 @@ class RigRegression:
         )
 
     def shifted(self, offset: NDArray[np.float64]) -> RigRegression:
-        """Return a copy; ``offset`` (Shore A, shape (stages,)) is subtracted from averages."""
+        """Return a copy of the regression with another ``offset``, Shore A, shape (stages,).
+
+        The offset is subtracted from the average of the network and the regression.
+        """
         return RigRegression(self._inputs, self._shore_a, self._scale, offset)
 
     def to_arrays(self) -> Arrays:

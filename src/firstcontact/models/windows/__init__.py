@@ -1,1 +1,4 @@
-"""Window models: estimators that learn from signals of one length, one per file."""
+"""Window models: estimators that learn from signals of one length.
+
+Each file holds one estimator.
+"""

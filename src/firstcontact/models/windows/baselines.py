@@ -1,4 +1,4 @@
-"""Baselines: the mean of the training targets, and the peak amplitude alone."""
+"""Baseline estimators: the mean of the training targets, and the peak amplitude alone."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ConstantModel(ModelFromArrays):
         return np.full((len(X), 1), self.value)
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Return the class number, which is the constant value."""
+        """Return the index of the constant class for each window, shape (n,)."""
         return np.searchsorted(self.spec.classes, outputs[:, 0])
 
 
@@ -64,7 +64,10 @@ class TrainMean(Estimator):
 
 
 def _log_peak(X: NDArray[Any]) -> Values:
-    """Return ln(largest magnitude) of each window (n, samples, channels), shape (n,)."""
+    """Return ln(largest magnitude) of each window, shape (n,).
+
+    Windows are (n, samples, channels).
+    """
     peak: Values = np.log(np.abs(X).max(axis=(1, 2)).astype(np.float64))
     return peak
 
@@ -85,11 +88,11 @@ class PeakModel(ModelFromArrays):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Return no notes, because the training chooses no hyper-parameters."""
+        """Empty mapping: the training chooses no hyper-parameters."""
         return {}
 
     def outputs(self, X: Windows) -> Values:
-        """Return predictions, or minus the distances to the class means, shape (n, outputs)."""
+        """Return predictions (n, 1), or minus the distances to the class means, (n, classes)."""
         peak = _log_peak(X)[:, None]
         if self.spec.task is Task.REGRESSION:
             low, high = self.weights[3:]
@@ -101,7 +104,10 @@ class PeakModel(ModelFromArrays):
 
 @dataclass(frozen=True)
 class Peak(Estimator):
-    """Estimator that uses only the log peak amplitude: a parabola, or the nearest class mean."""
+    """Estimator that uses only ln(peak amplitude) of a window.
+
+    It fits a parabola for a regression, and predicts the class with the nearest mean otherwise.
+    """
 
     name: ClassVar[str] = "peak"
     title: ClassVar[str] = "Peak amplitude"

@@ -1,4 +1,4 @@
-"""Convolutional network: trained by PyTorch, run by ONNX Runtime on one thread."""
+"""Window model with a convolutional network, trained by PyTorch and run by ONNX Runtime."""
 
 from __future__ import annotations
 
@@ -38,7 +38,11 @@ GRAPH = files("firstcontact.models.windows").joinpath("efficientnet.onnx")
 
 
 def filled_graph(samples: int, channels: int, outputs: int, weights: NDArray[np.float32]) -> bytes:
-    """Return the package's ONNX graph with these weights, for inputs (n, channels, 1, samples)."""
+    """Return the package's ONNX graph with these weights, as the bytes of an ONNX file.
+
+    Its inputs have the shape (n, channels, 1, samples). Raise ModelError for a wrong number of
+    weights.
+    """
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto.FromString(GRAPH.read_bytes())
@@ -83,7 +87,11 @@ _BATCH = 256
 
 
 def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return the input of the network: arcsinh of the window divided by a typical amplitude."""
+    """Return windows as inputs of the network: arcsinh of the windows over a typical amplitude.
+
+    ``scale`` holds this amplitude (V), and the mean and standard deviation of the compressed
+    values.
+    """
     out: NDArray[np.float32] = np.arcsinh(X * np.float32(1.0 / scale[0]), dtype=np.float32)
     out -= np.float32(scale[1])
     out *= np.float32(1.0 / scale[2])
@@ -182,7 +190,10 @@ class Cnn(Estimator):
         return self.fit_several([(X, y, groups)], seed)[0]
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> list[CnnModel]:
-        """Train several networks. Those with equally many batches are trained together."""
+        """Train one network per training set; see :meth:`Estimator.fit_several`.
+
+        Networks with equally many batches are trained together, which is faster.
+        """
         prepared = [self._prepared(*each) for each in sets]
         groups: dict[object, list[int]] = {}
         for place, (spec, *_, inputs, targets) in enumerate(prepared):
@@ -202,7 +213,11 @@ class Cnn(Estimator):
     def _prepared(
         self, X: Windows, y: Values, groups: NDArray[Any] | None
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
-        """Return the specification, scales of windows and targets, scaled windows, and targets."""
+        """Scale windows and targets for training.
+
+        Return the specification, the scales of the windows and of the targets, the scaled windows,
+        and the scaled targets, shape (n, outputs).
+        """
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         target = target_scale(self.task, y)
@@ -219,7 +234,10 @@ def _batch(n: int) -> int:
 
 
 def _one_cycle(step: int, steps: int) -> float:
-    """Return the learning rate at a step, relative to the largest: it rises, then falls."""
+    """Return the learning rate at step ``step`` of ``steps``, relative to the largest.
+
+    It rises linearly, then falls as a cosine.
+    """
     rise = max(1, round(RISE * steps))
     if step < rise:
         return (step + 1) / rise
@@ -241,7 +259,10 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 
 
 def _train(examples: Sequence[tuple[Inputs, Inputs]], epochs: int, seed: int) -> list[EfficientNet]:
-    """Train networks side by side. The seed and the number of threads determine the weights."""
+    """Train one network for each pair of inputs and targets, all in one loop.
+
+    Weights depend only on the data, the seed and the number of threads.
+    """
     import torch
 
     from firstcontact.models.windows.efficientnet import EfficientNet, join, separate

@@ -1,4 +1,4 @@
-"""EfficientNetV2 for one dimension: definition and joint training. This imports PyTorch.
+"""EfficientNetV2 for one dimension: definition and joint training. This module imports PyTorch.
 
 Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster Training, ICML 2021
 (arXiv:2104.00298).
@@ -29,7 +29,7 @@ HEAD = 96
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Stage in the sense of EfficientNetV2: a sequence of blocks (groups of layers) of one type."""
+    """Stage of an EfficientNetV2: a number of equal ``blocks`` (groups of layers) in sequence."""
 
     fused: bool
     expand: int
@@ -48,7 +48,7 @@ STAGES = (
 
 
 class ConvNorm(nn.Sequential):
-    """Convolution, batch normalisation and (unless ``linear``) SiLU."""
+    """Convolution, then batch normalisation, then the activation SiLU unless ``linear``."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class ConvNorm(nn.Sequential):
             self.append(nn.SiLU(inplace=True))
 
     def fold(self) -> None:
-        """Fold the normalisation into the weights of the convolution."""
+        """Move the normalisation into the weights of the convolution, for faster predictions."""
         conv, norm = self[0], self[1]
         assert isinstance(conv, nn.Conv2d)
         assert isinstance(norm, nn.BatchNorm2d)
@@ -149,7 +149,7 @@ class EfficientNet(nn.Module):
 
 
 class GroupedLinear(nn.Module):
-    """Linear layers of several networks as one layer."""
+    """Linear layers of several networks, computed as one layer for :func:`join`."""
 
     def __init__(self, layers: Sequence[nn.Linear]) -> None:
         super().__init__()
@@ -158,7 +158,7 @@ class GroupedLinear(nn.Module):
         self.bias = _joined([layer.bias for layer in layers])
 
     def forward(self, x: Tensor) -> Tensor:
-        """Map inputs (n, copies * inputs) to outputs (n, copies * outputs)."""
+        """Map inputs of shape (n, copies * inputs) to outputs of shape (n, copies * outputs)."""
         parts = x.reshape(len(x), self.copies, -1).transpose(0, 1)
         weight = self.weight.view(self.copies, -1, parts.shape[2]).transpose(1, 2)
         out = torch.baddbmm(self.bias.view(self.copies, 1, -1), parts, weight)
@@ -166,7 +166,10 @@ class GroupedLinear(nn.Module):
 
 
 def join(networks: Sequence[EfficientNet]) -> EfficientNet:
-    """Return one network that computes several networks of equal structure side by side."""
+    """Return one network that computes several networks of equal structure side by side.
+
+    Inputs and outputs of the networks are concatenated along the channels.
+    """
     joined = deepcopy(networks[0])
     for name, module in list(joined.named_modules()):
         same = [network.get_submodule(name) for network in networks]
@@ -184,7 +187,7 @@ def join(networks: Sequence[EfficientNet]) -> EfficientNet:
 
 
 def separate(joined: EfficientNet, networks: Sequence[EfficientNet]) -> None:
-    """Copy the weights of a network from :func:`join` back into the single ``networks``."""
+    """Copy the weights of a network that :func:`join` made back into the single ``networks``."""
     for name, tensor in joined.state_dict().items():
         parts = tensor.chunk(len(networks)) if tensor.ndim else [tensor] * len(networks)
         for network, part in zip(networks, parts, strict=True):

@@ -1,8 +1,8 @@
-"""Linear model on features that do not depend on the gain. It transfers well to other rigs.
+"""Linear model on the log spectrum of a window, which does not depend on the sensor's gain.
 
-Contacts with harder objects are shorter (Hertz), which shifts energy to higher frequencies and to
-the start of the window. The model has about twenty weights per class. In training, the windows of
-each session have the same total weight.
+It transfers well to other rigs. Contacts with harder objects are shorter (Hertz), which shifts
+energy to higher frequencies and to the start of the window. The model has about twenty weights per
+class. In training, the windows of each session have the same total weight.
 """
 
 from __future__ import annotations
@@ -44,7 +44,11 @@ Features = Callable[[Values, float], Values]
 
 
 def features(kind: str, X: Windows, rate: float) -> Values:
-    """Return the features of windows (n, samples, channels) that ``kind`` names, (n, inputs)."""
+    """Return the features of windows, shape (n, features).
+
+    ``kind`` is a key of ``KINDS``. Windows ``X`` have the shape (n, samples, channels), ``rate`` is
+    in Hz.
+    """
     waves = X.astype(np.float64)
     # Then the squares of any finite floats stay within range.
     waves /= np.maximum(np.abs(waves).max(axis=(1, 2), keepdims=True), _TINY)
@@ -52,18 +56,22 @@ def features(kind: str, X: Windows, rate: float) -> Values:
 
 
 def log_bands(waves: Values, rate: float) -> Values:
-    """Return the log spectrum minus its mean, in bands of equal frequency ratio, (n, BANDS)."""
+    """Return the log spectrum of each wave in bands, without its mean, shape (n, BANDS)."""
     padded = max(PADDED, 1 << (waves.shape[1] - 1).bit_length())
     return _level_free(_power(waves, padded) @ in_bands(padded, rate))
 
 
 def log_bins(waves: Values, rate: float) -> Values:
-    """Return the log spectrum minus its mean for each frequency, (n, samples // 2 + 1)."""
+    """Return the log spectrum of each wave, without its mean, shape (n, samples // 2 + 1)."""
     return _level_free(_power(waves, waves.shape[1]))
 
 
 def course(waves: Values, rate: float) -> Values:
-    """Return features of the signal over time, such as quantiles of its energy, shape (n, 8)."""
+    """Return features of each wave over time, shape (n, 8).
+
+    They are five times at which shares of the energy are reached, the rate of sign changes, the
+    roughness, and the time of the peak. Times are shares of the window.
+    """
     n = waves.shape[1]
     energy = np.cumsum(waves**2, axis=1)
     total = np.maximum(energy[:, -1:], _TINY)
@@ -92,7 +100,11 @@ def _level_free(power: Values) -> Values:
 
 @cache
 def in_bands(padded: int, rate: float) -> NDArray[np.float64]:
-    """Return the weights that average the lines of a spectrum in each band, (lines, BANDS)."""
+    """Return weights that average the frequencies of a spectrum in each band, (frequencies, BANDS).
+
+    ``padded`` is the length of the transformed signal, samples; ``rate`` is in Hz. Bands have equal
+    frequency ratios.
+    """
     lines = np.fft.rfftfreq(padded, 1.0 / rate)
     edges = np.geomspace(min(LOWEST, rate / 8), rate / 2, BANDS + 1)
     inside = (lines[:, None] >= edges[:-1]) & (lines[:, None] <= edges[1:])
@@ -156,7 +168,7 @@ class LogSpectrumModel(ModelFromArrays):
         return {"inputs": self._features, "C": float(self._arrays["parameters"][0])}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the score of each class, or the prediction in standard deviations of targets."""
+        """Return scores (n, classes), or predictions in standard deviations of targets, (n, 1)."""
         mean, deviation = self._arrays["scale"]
         inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
         out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
@@ -165,7 +177,7 @@ class LogSpectrumModel(ModelFromArrays):
 
 @dataclass(frozen=True)
 class LogSpectrum(Estimator):
-    """Estimator: logistic or ridge regression on the log spectrum without its mean."""
+    """Estimator that fits a logistic or ridge regression to the log spectrum of windows."""
 
     name: ClassVar[str] = "log_spectrum"
     title: ClassVar[str] = "Log spectrum"
@@ -181,7 +193,7 @@ class LogSpectrum(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> LogSpectrumModel:
-        """Fit with a feature type and C chosen on held-out groups; see :meth:`Estimator.fit`."""
+        """Fit with features and strength C chosen on held-out groups; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         target = target_scale(self.task, y)
         wanted = (y - target[0]) / target[1]
@@ -193,7 +205,10 @@ class LogSpectrum(Estimator):
     def _search(
         self, X: Windows, y: Values, groups: NDArray[Any] | None, seed: int
     ) -> tuple[str, float]:
-        """Return the feature type and regularisation C with the least loss on held-out groups."""
+        """Return the kind of features and the C with the least loss on held-out groups.
+
+        C is the inverse strength of the regularisation.
+        """
         rng = np.random.default_rng(seed)
         chosen = np.sort(rng.permutation(len(y))[: self.search_windows])
         y, groups = y[chosen], None if groups is None else groups[chosen]
@@ -218,7 +233,7 @@ class LogSpectrum(Estimator):
         folds: list[tuple[NDArray[np.intp], NDArray[np.intp]]],
         c: float,
     ) -> float:
-        """Return the mean held-out loss: negative log probability, or squared error."""
+        """Return the mean loss on held-out folds: negative log probability, or squared error."""
         losses, held_out = [], []
         for train, validation in folds:
             learned = None if groups is None else groups[train]
@@ -243,7 +258,11 @@ class LogSpectrum(Estimator):
 def _folds(
     y: Values, groups: NDArray[Any] | None, seed: int
 ) -> Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return folds that hold out one group each, or several if there are many groups."""
+    """Return folds, as pairs of training and held-out positions.
+
+    Each holds out one group (session). With many groups, or without groups, there are ``FOLDS``
+    folds.
+    """
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
         return inner_folds(y, groups, seed, FOLDS)
@@ -251,7 +270,7 @@ def _folds(
 
 
 def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
-    """Return sample weights with mean 1 that give each class and each group equal weight."""
+    """Return sample weights with mean 1. Each class and each group has the same total weight."""
     weights = np.ones(len(y))
     classes = np.unique(y, return_inverse=True)[1]
     if groups is not None:
@@ -273,7 +292,11 @@ def _fit(
     c: float,
     accuracy: float = ACCURACY,
 ) -> tuple[Values, Values, Values]:
-    """Return mean and standard deviation of the inputs, fitted weights, and bias."""
+    """Fit the linear model to inputs (n, features) with weights from :func:`_evenly`.
+
+    Return the scale (mean and standard deviation of each feature), weights (features, outputs), and
+    bias (outputs,).
+    """
     import warnings
 
     from sklearn.exceptions import ConvergenceWarning

@@ -1,4 +1,4 @@
-"""Estimator around any scikit-learn regressor or classifier, saved by skops.
+"""Estimator around any scikit-learn regressor or classifier, whose models skops saves.
 
 skops writes objects as a ZIP file of JSON and arrays. Only types that skops trusts, and types in
 ``TRUSTED``, are restored. No code in the file runs.
@@ -47,7 +47,7 @@ _ADDRESS = re.compile(r'(?<="__id__": )\d+|(?<="file": ")\d+')
 
 
 class RegressorModel(WindowModel):
-    """Fitted scikit-learn regressor or classifier."""
+    """Window model around a fitted scikit-learn regressor or classifier."""
 
     kind: ClassVar[str] = "sklearn"
     modules: ClassVar[tuple[str, ...]] = ("skops",)
@@ -67,7 +67,7 @@ class RegressorModel(WindowModel):
         return {"regressor": self._title}
 
     def outputs(self, X: Windows) -> NDArray[Any]:
-        """Return predictions, or for classes a 1 at the predicted class and 0 elsewhere."""
+        """Return predictions (n, 1), or 1 at the predicted class and 0 elsewhere, (n, classes)."""
         if not len(X):
             return np.zeros((0, len(self.spec.classes) or 1))
         with foreign_errors(f"{self._title}.predict"):
@@ -84,7 +84,7 @@ class RegressorModel(WindowModel):
         return predicted
 
     def to_arrays(self) -> Arrays:
-        """Return a single array: the bytes of a skops file that holds the regressor."""
+        """Return one array: the bytes of a skops file that holds the regressor."""
         return {
             "skops": np.frombuffer(to_skops(self._fitted, self._title), np.uint8),
             "title": np.frombuffer(self._title.encode(), np.uint8),
@@ -101,7 +101,7 @@ class RegressorModel(WindowModel):
 
 @dataclass(frozen=True)
 class RegressorEstimator(Estimator):
-    """Base of the estimator classes that :func:`regressor_estimator` makes from regressors."""
+    """Base class of the estimators that :func:`regressor_estimator` makes from regressors."""
 
     model: ClassVar[type[WindowModel]] = RegressorModel
     modules: ClassVar[tuple[str, ...]] = ("skops",)
@@ -112,7 +112,7 @@ class RegressorEstimator(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> RegressorModel:
-        """Fit to windows flattened to (n, samples * channels); see :meth:`Estimator.fit`."""
+        """Fit the regressor to windows flattened by :func:`flat`; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         fraction = next((level for level in spec.classes if level % 1), None)
         if fraction is not None:
@@ -128,7 +128,11 @@ class RegressorEstimator(Estimator):
 
 
 def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimator]:
-    """Return an estimator class for a scikit-learn regressor or classifier."""
+    """Return an estimator class around a scikit-learn regressor or classifier.
+
+    ``regressor`` is a class or an instance, and ``name`` the name of the estimator, by default that
+    of the class. Raise ArgumentError if ``regressor`` has no methods ``fit`` and ``predict``.
+    """
     kind = regressor if isinstance(regressor, type) else type(regressor)
     title = name or kind.__name__
     with foreign_errors(title):
@@ -143,7 +147,10 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
 
 
 def imported(name: str) -> Any:
-    """Import the regressor that ``PACKAGE:NAME`` names. This runs code of its package."""
+    """Import and return the regressor that ``PACKAGE:NAME`` names. This runs code of its package.
+
+    Raise ArgumentError if the import fails.
+    """
     module, _, path = name.partition(":")
     try:
         if "" not in sys.path:
@@ -160,18 +167,18 @@ def imported(name: str) -> Any:
 
 
 def named_estimator(name: str) -> type[RegressorEstimator]:
-    """Return the estimator of the regressor that ``PACKAGE:NAME`` names; see :func:`imported`."""
+    """Return an estimator class around the regressor that ``PACKAGE:NAME`` names."""
     return regressor_estimator(imported(name), name)
 
 
 def class_name(estimator: str) -> str:
-    """Return the class name in ``PACKAGE:NAME``; any other name stays as it is."""
+    """Return the class name in ``PACKAGE:NAME``. Any other name is returned unchanged."""
     _, colon, path = estimator.partition(":")
     return path.rpartition(".")[2] if colon else estimator
 
 
 def fresh(regressor: Any, seed: int) -> Any:
-    """Return a new unfitted copy of a regressor, with this random seed."""
+    """Return an unfitted copy of a regressor, which has this random seed unless it states one."""
     if isinstance(regressor, type):
         return regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
     if not hasattr(regressor, "get_params"):
@@ -191,7 +198,10 @@ def flat(X: Windows) -> NDArray[np.float64]:
 
 
 def to_skops(fitted: Any, title: str) -> bytes:
-    """Return an object as the bytes of a skops file; equal objects give equal bytes."""
+    """Return a fitted regressor as the bytes of a skops file. Equal objects give equal bytes.
+
+    ``title`` names it in errors. Raise ArgumentError if skops cannot save it.
+    """
     from skops.io import dumps
 
     try:
@@ -231,7 +241,7 @@ def _check_types(raw: bytes, title: str) -> None:
 
 
 def _renumbered(raw: bytes) -> bytes:
-    """Return a skops file whose objects are numbered in order, instead of by memory address."""
+    """Return the bytes of a skops file with objects numbered in order, not by memory address."""
     numbers: dict[str, str] = {}
     buffer = io.BytesIO()
     with ZipFile(io.BytesIO(raw)) as archive, ZipFile(buffer, "w") as renumbered:
@@ -247,7 +257,7 @@ def _renumbered(raw: bytes) -> bytes:
 
 
 def _classifies(regressor: Any) -> bool:
-    """Return True for a classifier of scikit-learn, as an instance or a class."""
+    """Return True for a scikit-learn classifier, as an instance or a class."""
     if isinstance(regressor, type):
         from sklearn.base import ClassifierMixin
 

@@ -1,4 +1,4 @@
-"""Support vector machine with a radial basis function kernel: scikit-learn trains it."""
+"""Window model with a support vector machine, which scikit-learn trains and C code computes."""
 
 from __future__ import annotations
 
@@ -41,14 +41,21 @@ SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
 
 def loudness_level(X: Windows) -> NDArray[np.float64]:
-    """Return mean and standard deviation of ln(RMS) over windows (n, samples, channels)."""
+    """Return mean and standard deviation of ln(RMS) over all windows, shape (2,).
+
+    Windows have the shape (n, samples, channels), in V.
+    """
     flat = X.reshape(len(X), -1).astype(np.float64)
     loud = 0.5 * np.log((flat**2).mean(axis=1))
     return np.array([loud.mean(), loud.std() or 1.0])
 
 
 def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return windows divided by their RMS, and their standardised ln(RMS) as the last column."""
+    """Return the inputs of the support vector machine, shape (n, samples * channels + 1).
+
+    These are the windows divided by their RMS, and ln(RMS) as the last column, standardised by
+    ``level``, the output of :func:`loudness_level`.
+    """
     flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
     power = np.einsum("ij,ij->i", flat, flat)
     power[~((power > LEAST_POWER) & (power < MOST_POWER))] = np.nan
@@ -58,7 +65,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
 
 
 class SvmModel(ModelFromArrays):
-    """Window model of support vectors with a radial basis function kernel, in float32."""
+    """Window model with a support vector machine (radial basis function), predicting in float32."""
 
     kind: ClassVar[str] = "svm"
     declared: ClassVar[Mapping[str, ArrayCheck]] = {
@@ -72,7 +79,7 @@ class SvmModel(ModelFromArrays):
 
     @property
     def parameters(self) -> NDArray[np.float64]:
-        """Hyper-parameters C, gamma and epsilon of the training, shape (3,)."""
+        """Hyper-parameters C, gamma and epsilon that the training chose, shape (3,)."""
         return self._arrays["parameters"]
 
     @classmethod
@@ -88,7 +95,7 @@ class SvmModel(ModelFromArrays):
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """Return predictions, or votes for each class, computed in C, shape (n, outputs)."""
+        """Return predictions, shape (n, 1), or votes for each class, shape (n, classes)."""
         return svm_outputs(self._image, X, len(self.spec.classes) or 1)
 
     @cached_property
@@ -99,7 +106,7 @@ class SvmModel(ModelFromArrays):
         return build_image(self.spec.rate, model=constants)
 
     def chain_constants(self) -> SvmConstants:
-        """Return the constants from which the C chain predicts, without an interval."""
+        """Return the constants that the C chain needs to predict, without those of an interval."""
         a, rate = self._arrays, self.spec.rate
         level, deviation = a["level"]
         mean, scale = self.target
@@ -120,7 +127,10 @@ class SvmModel(ModelFromArrays):
         )
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
-        """Yield faster copies with fewer support vectors, refitted to ``X``, the smallest first."""
+        """Yield faster models with fewer support vectors, the smallest first.
+
+        Each is fitted to predict the same as this model for the windows ``X``.
+        """
         level, vectors, weights, bias, target, parameters = self._arrays.values()
         inputs = shape_and_level(X, level)
         for chosen, fitted, offset in _reduced_sets(vectors, float(parameters[1]), weights, inputs):
@@ -135,7 +145,10 @@ _RIDGE = 1e-8
 def _reduced_sets(
     vectors: NDArray[Any], gamma: float, weights: NDArray[Any], inputs: NDArray[Any]
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield smaller sets of support vectors: indices of the vectors, weights and biases."""
+    """Yield smaller sets of support vectors that approximate the same outputs for ``inputs``.
+
+    Each set holds the indices of its vectors, their weights, and a correction of the bias.
+    """
     wide = vectors.astype(np.float64)
     kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
     wanted = kernel @ weights.T.astype(np.float64)
@@ -179,7 +192,7 @@ SEARCH_ACCURACY = 1e-2
 
 @dataclass(frozen=True)
 class Svm(Estimator):
-    """Estimator: support vector classifier or regressor on the shape and loudness of a window."""
+    """Estimator that fits a support vector machine to the shape and the loudness of windows."""
 
     name: ClassVar[str] = "svm"
     title: ClassVar[str] = "SVM"
@@ -209,7 +222,7 @@ class Svm(Estimator):
 
 
 def _sample(task: Task, y: Values) -> NDArray[np.intp]:
-    """Return ascending indices of the windows used to fit the model, if there are too many."""
+    """Return positions of the windows to fit to, ascending: all, or random ``MOST_WINDOWS``."""
     if len(y) <= MOST_WINDOWS:
         return np.arange(len(y))
     order = np.random.default_rng(0).permutation(len(y))
@@ -220,7 +233,7 @@ def _sample(task: Task, y: Values) -> NDArray[np.intp]:
 
 
 def svm_machine(task: Task, parameters: tuple[float, float, float]) -> Any:
-    """Return an untrained SVC or SVR with these C, gamma and epsilon."""
+    """Return an untrained SVC or SVR of scikit-learn. ``parameters`` are C, gamma and epsilon."""
     from sklearn.svm import SVC, SVR
 
     c, gamma, epsilon = parameters
@@ -237,7 +250,10 @@ def search(
     seed: int,
     most: int = SEARCH_WINDOWS,
 ) -> tuple[float, float, float]:
-    """Choose C, gamma and epsilon on three folds of whole groups, with ``most`` windows."""
+    """Choose C, gamma and epsilon by cross-validation over three folds, and return them.
+
+    Folds hold out whole ``groups`` (sessions). At most ``most`` random windows are used.
+    """
     from sklearn import config_context
 
     rng = np.random.default_rng(seed)
@@ -272,7 +288,7 @@ def search(
 
 
 def _squared_distances(inputs: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the squared distance of each pair of inputs, shape (n, n)."""
+    """Return the squared distance between each pair of rows of ``inputs``, shape (n, n)."""
     x = inputs.astype(np.float64)
     squares = np.einsum("ij,ij->i", x, x)
     distances: NDArray[np.float64] = squares[:, None] + squares - 2.0 * (x @ x.T)
@@ -287,7 +303,10 @@ def _loss(
     asked_kernel: NDArray[np.float64],
     truth: Values,
 ) -> float:
-    """Return the error rate or RMSE of one choice of C, gamma and epsilon on one fold."""
+    """Return the error rate or RMSE on one fold, for ``parameters`` C, gamma and epsilon.
+
+    ``kernel`` and ``y`` are for training, ``asked_kernel`` and ``truth`` for the held-out windows.
+    """
     machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
     predicted = machine.fit(kernel, y).predict(asked_kernel)
     if task is Task.CLASSIFICATION:
@@ -302,7 +321,7 @@ def _model(
     target: NDArray[np.float64],
     parameters: NDArray[np.float64],
 ) -> SvmModel:
-    """Return the package's model made from a trained machine of scikit-learn."""
+    """Return the package's model with the support vectors of a fitted SVC or SVR."""
     weights, bias = machine.dual_coef_, machine.intercept_
     if spec.task is Task.CLASSIFICATION:
         if len(spec.classes) == 2:  # only here a positive value means the second class
@@ -320,7 +339,7 @@ def _model(
 
 
 def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
-    """Return one row of weights for each pair of classes, from libsvm's packed coefficients."""
+    """Return the support vectors' weights for each pair of classes, from libsvm's packed ones."""
     end = np.cumsum(counts)
     start = end - counts
     pairs = list(combinations(range(len(counts)), 2))

@@ -47,11 +47,11 @@ class Spec:
 
     @property
     def duration(self) -> float:
-        """Length of the window, s."""
+        """Length of a window, s."""
         return self.samples / self.rate
 
     def require_rate(self, rate: float) -> None:
-        """Raise InputError if the rate (Hz) of windows differs by more than 1 %."""
+        """Raise InputError if this rate (Hz) differs from that of the model by more than 1 %."""
         if not is_same_rate(rate, self.rate):
             raise ModelError(
                 f"the model needs windows at {self.rate:g} Hz, but these have {rate:g} Hz: train a "
@@ -59,7 +59,7 @@ class Spec:
             )
 
     def check(self, X: NDArray[Any]) -> None:
-        """Raise InputError if a window in ``X`` (n, samples, channels) does not fit the model."""
+        """Raise InputError if windows ``X`` do not have the model's shape, or are unusable."""
         if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
             raise ModelError(
                 f"the model needs windows of shape (n, {self.samples}, {self.channels}), "
@@ -74,7 +74,10 @@ class Spec:
 
 
 def usable(X: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return a mask of windows (n, samples, channels) that are finite and vary, shape (n,)."""
+    """Return True for each window that is finite and not constant, shape (n,).
+
+    Windows ``X`` have the shape (n, samples, channels).
+    """
     if X.shape[1] == 0:
         return np.zeros(len(X), dtype=np.bool_)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -107,20 +110,20 @@ class WindowModel(ABC):
 
     @property
     def name(self) -> str:
-        """Name of the estimator in results and messages."""
+        """Name of the estimator that made the model, in results and messages."""
         return self.kind
 
     @property
     @abstractmethod
     def notes(self) -> Mapping[str, Any]:
-        """Return hyper-parameters and scaling that training chose, as JSON for ``model.json``."""
+        """Hyper-parameters and scaling that training chose, as JSON for ``model.json``."""
 
     @abstractmethod
     def outputs(self, X: Windows) -> NDArray[Any]:
         """Return one number per window, or one per window and class, shape (n, outputs).
 
-        ``X`` holds usable windows, shape (n, samples, channels). The outputs of a classification
-        are the input of :meth:`choose`.
+        ``X`` holds usable windows, shape (n, samples, channels). Outputs of a regression are turned
+        into predictions by ``target``, those of a classification by :meth:`choose`.
         """
 
     def spread(self, X: Windows) -> Values | None:
@@ -133,11 +136,14 @@ class WindowModel(ABC):
         return None
 
     def chain_constants(self) -> SvmConstants | None:
-        """Return the constants from which the C chain predicts; None for a model in Python."""
+        """Return the constants that the C chain needs to predict; None for a model in Python."""
         return None
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Return the index into ``spec.classes`` of each predicted class, shape (n,)."""
+        """Return the index into ``spec.classes`` of each predicted class, shape (n,).
+
+        The base class chooses the class with the largest output.
+        """
         return np.asarray(outputs.argmax(axis=1))
 
     @abstractmethod
@@ -150,9 +156,10 @@ class WindowModel(ABC):
         """Restore a model from its arrays. Raise InputError if they do not fit together."""
 
     def predict(self, X: Windows) -> Values:
-        """Return predictions for windows (n, samples, channels), shape (n,).
+        """Return one prediction per window, on the scale of the training targets, shape (n,).
 
-        Raise InputError if a window cannot be used, or its prediction is not finite.
+        ``X`` has the shape (n, samples, channels). Raise InputError if a window cannot be used, or
+        a prediction is not finite.
         """
         self.spec.check(X)
         with np.errstate(all="ignore"):  # predictions that overflow are refused below
@@ -175,7 +182,7 @@ class WindowModel(ABC):
 
 @dataclass(frozen=True, slots=True)
 class ArrayCheck:
-    """Shape and sign that an array of a model must have, which is checked when it is loaded."""
+    """Shape and sign that an array of a model must have, checked when the model is loaded."""
 
     #: Length of each axis: a number, or a name from :meth:`ModelFromArrays.sizes`. A name that is
     #: not there stands for any length that is the same in all arrays.
@@ -200,7 +207,7 @@ class ArrayCheck:
 
 
 class ModelFromArrays(WindowModel):
-    """Window model that is stored as arrays. :attr:`declared` lists their names and shapes.
+    """Window model that is stored as arrays, whose names and shapes :attr:`declared` lists.
 
     The constructor takes the spec, then the arrays in the order of :attr:`declared`. It raises
     InputError if the shape or a value of an array is invalid. The optional array ``target`` holds
@@ -229,7 +236,7 @@ class ModelFromArrays(WindowModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """Return the lengths of array axes that depend on the windows and classes, by name.
+        """Return the lengths of array axes by the names that :attr:`declared` uses for them.
 
         ``inputs`` is the number of values in a window; ``outputs`` is the number of classes, or 1.
         """

@@ -1,4 +1,4 @@
-"""Predictor that uses one fixed length of signal, with its interval and record of training."""
+"""Predictor that uses one fixed length of signal, with prediction intervals and card."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ _CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")
 class WindowPredictor(Predictor):
     """Predictor at one time: it uses a window, which is a signal of fixed length after the contact.
 
-    ``interval`` gives the prediction intervals; None for a model without. ``record`` describes the
-    training. The model and the interval of a logarithmic ``quantity`` are on its scale, but
+    ``interval`` is the rule for prediction intervals, or None. ``record`` describes the training.
+    For a logarithmic ``quantity``, model and interval are on the scale of logarithms, but
     predictions are in its unit.
     """
 
@@ -66,7 +66,7 @@ class WindowPredictor(Predictor):
 
     @property
     def duration(self) -> float:
-        """Length of the window, s, rounded to 1 ms or 0.1 ms if that gives the same samples."""
+        """Length of the window, s, rounded to 1 ms or 0.1 ms if the samples stay the same."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)
@@ -89,7 +89,10 @@ class WindowPredictor(Predictor):
         return Prediction(value, low, high, spread=spread)
 
     def chain_constants(self) -> WindowConstants:
-        """Return the constants of the model for the C chain: an SVM, or a model in Python."""
+        """Return the constants that the C chain needs for predictions.
+
+        They hold an SVM, if the C chain can compute the model. Otherwise the chain calls Python.
+        """
         svm, rule = self.model.chain_constants(), self.interval
         constants = WindowConstants(self.before, self.lengths, self.lookahead)
         if svm is None or (rule is not None and rule.scaled) or self.model.spec.channels > 1:
@@ -119,10 +122,10 @@ class WindowPredictor(Predictor):
         )
 
     def predict_windows(self, X: Windows) -> tuple[Values, Values, Values, Values]:
-        """Return values, standard deviations, lower bounds and upper bounds, shape (n,) each.
+        """Return predictions, standard deviations, lower bounds and upper bounds, shape (n,) each.
 
         ``X`` holds windows in V, shape (n, samples, channels). Standard deviations are NaN if the
-        model predicts none. Without intervals, both bounds equal the value.
+        model predicts none. Without intervals, both bounds equal the prediction.
         """
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None:
@@ -164,7 +167,7 @@ class WindowPredictor(Predictor):
 
     @classmethod
     def from_card(cls, card: WindowCard, arrays: Arrays, quantity: Quantity = SHORE_A) -> Self:
-        """Create the predictor from its entry in ``model.json`` and its arrays. Check both."""
+        """Restore the predictor from its card and arrays. Raise InputError if these do not fit."""
         kind = model_class(card.kind, of_windows=True)
         with np.errstate(all="ignore"):  # predictions that overflow are refused
             return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record, quantity)

@@ -105,7 +105,7 @@ def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
     assert alone.contacts == both.contacts != []
     assert "estimates come from svm" in alone.messages
     assert "network" not in alone.messages
-    assert "network takes 4936 samples a second" in both.messages
+    assert "network needs 4936 Hz" in both.messages
     assert {e["model"] for e in both.select("estimate")} == {"svm"}
 
 

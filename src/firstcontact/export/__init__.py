@@ -1,4 +1,4 @@
-"""Export of trained models: a C99 library, an ONNX graph, or an image for the hand's firmware."""
+"""Export of trained models as a C99 library, an ONNX graph, or an image for a hand's firmware."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""``--to c``: an Arduino and PlatformIO library in C99 with a main loop as an example."""
+"""Exporter "c": an Arduino and PlatformIO library in C99, with an example of a main loop."""
 
 from __future__ import annotations
 
@@ -67,7 +67,10 @@ const uint64_t fc_model_image[FC_MODEL_BYTES / 8] FC_FLASH = {{
 
 
 def write(model: Model, out: Path) -> list[str]:
-    """Write a C99 library with the model into an empty folder. Return notes for the user."""
+    """Write a C99 library with the model into the empty folder ``out``.
+
+    Return notes for the user.
+    """
     detector, predictor = model.own_detector, model.default() if model.predictors else None
     rate = detector.rate or FINGERTIP_RATE if predictor is None else predictor.rate
     constants = None if predictor is None else predictor_in_c(predictor)

@@ -1,4 +1,4 @@
-"""Export of trained models to C99 and ONNX."""
+"""Function that exports a trained model in one of the registered formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``--to onnx``: convolutional networks as PyTorch exported them, with their scaling."""
+"""Exporter "onnx": graphs of convolutional networks, including the scaling of their signals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from firstcontact.models.windows.cnn import CnnModel
 
 
 def to_onnx(model: CnnModel) -> bytes:
-    """Return the graph of a CNN, from windows (n, samples, channels) in V to predictions."""
+    """Return the ONNX graph of a CNN, as the bytes of a file.
+
+    Its inputs are windows in V, shape (n, samples, channels), and its outputs are predictions.
+    """
     from onnx import ModelProto, checker, helper, numpy_helper
 
     arrays, spec = model.to_arrays(), model.spec
@@ -55,7 +58,7 @@ def to_onnx(model: CnnModel) -> bytes:
 
 
 def write(model: Model, out: Path) -> list[str]:
-    """Write one ONNX graph per convolutional network. Return notes for the user."""
+    """Write one ONNX file for each CNN of a model into ``out``. Return notes for the user."""
     lines = []
     for window in model.windows:
         if not isinstance(window.model, CnnModel):

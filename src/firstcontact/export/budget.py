@@ -1,4 +1,4 @@
-"""Reduction of support vector machines until they are fast enough for a microcontroller."""
+"""Reduction of support vector machines, so that a microcontroller computes them fast enough."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ FEWEST_WINDOWS = 10
 
 
 def microseconds(count: float) -> float:
-    """Return the time for a number of instructions on the assumed microcontroller, us."""
+    """Return the time for ``count`` instructions on a Cortex-M7 at 600 MHz, us."""
     return 1e6 * CYCLES * count / CLOCK
 
 
 def require_svm(window: WindowPredictor) -> SvmModel:
-    """Return the model. Raise InputError if it is not a support vector machine."""
+    """Return the SVM of a window predictor. Raise ModelError if it has another model."""
     if not isinstance(window.model, SvmModel):
-        raise ModelError(f"{window.name} has no smaller form: train with --estimator svm")
+        raise ModelError(f"{window.name} cannot be made smaller: train the estimator svm instead")
     return window.model
 
 
 def instructions(model: SvmModel) -> int:
-    """Return an upper bound on the instructions of a prediction on a Cortex-M7."""
+    """Return an upper bound on the number of instructions for a prediction on a Cortex-M7."""
     vectors, inputs = model.to_arrays()["vectors"].shape
     decisions, classes = len(model.to_arrays()["bias"]), len(model.spec.classes)
     samples = inputs - 1
@@ -47,13 +47,17 @@ def instructions(model: SvmModel) -> int:
 
 
 def _rows(n: int, inputs: int) -> int:
-    """Return the instructions for the product of a matrix (n, inputs) and a vector (inputs,)."""
+    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,)."""
     rows, each, overhead = (8, 20, 54) if n >= 8 else (1, 5, 30)
     return -(-n // rows) * (each * inputs + overhead) + 35
 
 
 def small_enough(model: Model, dataset: Dataset | None, budget_us: float) -> Model:
-    """Return the model with window models that predict within ``budget_us`` us each."""
+    """Return a copy of the model in which each window model predicts within ``budget_us`` us.
+
+    Smaller SVMs are fitted to the pinches of ``dataset``. Raise ModelError if none is fast enough,
+    or if a window model is no SVM.
+    """
     contacts = [] if dataset is None else _contacts(dataset, model)
     predictors = tuple(
         _fitting(p, dataset, contacts, budget_us) if isinstance(p, WindowPredictor) else p
@@ -63,7 +67,11 @@ def small_enough(model: Model, dataset: Dataset | None, budget_us: float) -> Mod
 
 
 def forms(window: WindowPredictor, X: Windows, sessions: NDArray[np.str_]) -> list[WindowPredictor]:
-    """Return a support vector machine and smaller approximations of it, the smallest first."""
+    """Return an SVM and smaller approximations of it, the smallest first.
+
+    They are fitted to most of the windows ``X``. Their intervals are wider by their errors on the
+    others. ``sessions`` holds the session of each window.
+    """
     model = require_svm(window)
     is_held_out = np.isin(sessions, np.unique(sessions)[::5])
     if is_held_out.all():
@@ -98,8 +106,8 @@ def _fitting(
         X, has_window = contact_windows(dataset, contacts, window.model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
             raise ModelError(
-                f"--data holds only {len(X)} contacts: give the recordings that the model was "
-                "trained on"
+                f"the data hold only {len(X)} contacts, but {FEWEST_WINDOWS} are needed to fit a "
+                "smaller model: give the recordings that the model was trained on"
             )
         candidates = forms(window, X, dataset.sessions[has_window])
     times = [microseconds(instructions(require_svm(form))) for form in candidates]

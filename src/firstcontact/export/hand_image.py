@@ -1,4 +1,4 @@
-"""Model folder as one block of bytes (image) for the firmware of a hand."""
+"""Image of a model for a hand: the bytes that its firmware reads."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ CAPACITY = (1 << 18) - 16
 
 @dataclass(frozen=True, slots=True)
 class HandImage:
-    """Bytes of a model for a hand, and the digest that identifies the model."""
+    """Image of a model for a hand's firmware, and the digest (hash) that identifies the model."""
 
     data: bytes
     digest: str
 
 
 def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
-    """Return the detector's constants for the C chain. Raise InputError for one in Python."""
+    """Return the detector's constants for the C chain. Raise ModelError if it runs in Python."""
     constants = detector.chain_constants(rate)
     if constants.kind not in IN_C:
         raise ModelError(
@@ -49,7 +49,7 @@ def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
 
 
 def predictor_in_c(predictor: Predictor) -> Constants:
-    """Return the predictor's constants for the C chain. Raise InputError for one in Python."""
+    """Return the predictor's constants for the C chain. Raise ModelError if it runs in Python."""
     constants = predictor.chain_constants()
     if isinstance(constants, WindowConstants) and not constants.svms:
         raise ModelError(
@@ -62,13 +62,17 @@ def predictor_in_c(predictor: Predictor) -> Constants:
 def hand_image(
     folder: Path, calibration: Calibration | None = None, estimator: str | None = None
 ) -> HandImage:
-    """Return the bytes of a model folder for a hand's firmware, with the estimator to use."""
+    """Return the image of the model in ``folder`` for the firmware of a hand.
+
+    ``calibration`` holds the noise floors of the hand's sensors, and ``estimator`` names the
+    estimator to use. Raise InputError if the model cannot run on a hand, or is too large.
+    """
     model, layout = load_model(folder), fingertip_layout()
     predictor, detector = model.default(estimator, layout.rate), model.own_detector
     predictor.check(layout)
     if predictor.quantity is not SHORE_A:
         raise ModelError(
-            f"{folder}: the model predicts {predictor.quantity.axis}, but hands report Shore A: "
+            f"the model in {folder} predicts {predictor.quantity.axis}, but hands report Shore A: "
             "run it on a computer with `firstcontact live`, or in your own program with "
             "`firstcontact export-model --to c`"
         )
@@ -85,14 +89,14 @@ def hand_image(
     data = build_image(layout.rate, *constants, floors=known, text=text).data
     if len(data) > CAPACITY:
         raise ModelError(
-            f"{folder}: the model has {len(data)} bytes, more than a hand has ({CAPACITY}): adapt "
+            f"the model in {folder} has {len(data)} bytes, but a hand stores {CAPACITY}: adapt "
             "it to recordings of fewer fingers, or name a smaller one with --estimator"
         )
     return HandImage(data, identity)
 
 
 def _of_fingers(model: ModelConstants, fingers: Sequence[Finger | None]) -> ModelConstants:
-    """Return the constants without descriptions of rigs that none of these fingers uses."""
+    """Return the constants, in which only the rigs of these fingers have a regression."""
     numbers = {-1 if finger is None else list(Finger).index(finger) for finger in fingers}
     if not numbers <= {rig.finger for rig in model.rigs}:
         numbers.add(-1)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ModelExporter:
-    """Exporter of trained models to one format."""
+    """Exporter of trained models to one file format, such as "onnx"."""
 
     name: str
     #: Function that writes a model into an empty folder and returns notes.

@@ -1,4 +1,4 @@
-"""Live sessions: contacts and estimates from samples in real time, the page and other outputs."""
+"""Live sessions: contacts and estimates in real time, shown on the page and other outputs."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Comparison of the predictions of a device and of this computer, pinch by pinch."""
+"""Comparison of the predictions of a device with those of this computer, pinch by pinch."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Prediction = ContactEvent | ContactWithdrawn | Estimate | NoEstimate
 
 
 class HandPredictions:
-    """Collector that compares the predictions of a device and of this computer (the host)."""
+    """Collector of a device's predictions, which compares them with those of this computer."""
 
     def __init__(self, model: str, rate: float, checked: bool) -> None:
         self._model = model
@@ -45,9 +45,9 @@ class HandPredictions:
     def update(
         self, messages: Sequence[DevicePrediction], block: Block, host: float
     ) -> list[Event]:
-        """Process a device's messages and the newest samples. Return new events.
+        """Process the messages of a device and the newest samples. Return new events.
 
-        ``host`` is the time of arrival by ``time.monotonic()``, s.
+        ``host`` is the time of arrival by this computer's ``time.monotonic()``, s.
         """
         begin = (block.epoch, block.first_sample)
         if (0, 0) < self._heard < begin:
@@ -75,6 +75,7 @@ class HandPredictions:
 
     def ended(self) -> list[Event]:
         # The device may have predicted from samples that the host has not processed.
+        """Return the events of all pinches that remain. Call this at the end of the session."""
         return self._complete(self._heard)
 
     def _event(self, message: DevicePrediction, host: float) -> Prediction:
@@ -110,7 +111,10 @@ class HandPredictions:
         )
 
     def _complete(self, due: Place) -> list[Event]:
-        """Return the events of pinches whose first contact is up to ``due`` (epoch and sample)."""
+        """Return the events of pinches whose first contact is not after ``due``.
+
+        ``due`` is an epoch and a sample number.
+        """
         events: list[Event] = []
         for place in [place for place in self._pinches if place <= due]:
             near = [
@@ -180,5 +184,5 @@ def _check(
 
 
 def _numbers(e: Estimate) -> tuple[int, float, float, float, float, bool]:
-    """Return the numbers of an estimate that must be equal on device and host."""
+    """Return the fields of an estimate that must be equal on the device and on this computer."""
     return e.contact.sample, e.elapsed, e.value, e.low, e.high, e.out_of_range

@@ -1,4 +1,4 @@
-"""Names of the pinched objects, and averages of the estimates for one object."""
+"""Names of the pinched objects, and averages of the estimates for each object."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WAITING, PINCHES = 16, 100
 
 
 class ObjectNames:
-    """Names of the pinched objects, from markers and from the labels of a replayed recording."""
+    """Collector of the objects' names, from markers and from the labels of a replayed recording."""
 
     def __init__(self) -> None:
         self._markers: deque[Marker] = deque(maxlen=WAITING)
@@ -34,9 +34,9 @@ class ObjectNames:
         self._pinches.append(pinch)
 
     def markers(self, pinch: PinchDone) -> list[str]:
-        """Return the texts of the markers since the previous pinch ended, until this one ended.
+        """Return the texts of the markers between the ends of the previous pinch and of this one.
 
-        If a user sent some of these, the twin's own are left out.
+        If a user sent some of them, those that the twin sent are left out.
         """
         end = pinch.epoch, pinch.end
         since = max((e for p in self._pinches if (e := (p.epoch, p.end)) < end), default=(0, 0))
@@ -48,7 +48,7 @@ class ObjectNames:
 
 
 class ObjectCombiner(ObjectNames):
-    """Collector that averages the final estimates of all pinches of one object."""
+    """Collector that averages the final estimates over all pinches of the same object."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -57,17 +57,21 @@ class ObjectCombiner(ObjectNames):
         self._is_new = self._has_labels = False
 
     def new_object(self) -> None:
-        """Begin a new object with the next pinch. Any thread may call this."""
+        """Count the next pinch as one of a new object. Any thread may call this."""
         self._is_new = True
 
     @property
     def name(self) -> str:
-        """Name of the object of the last pinch; "" if it has none."""
+        """Name of the object of the last pinch; "" if the object has no name."""
         text = self._object or ""
         return (held_object(text) or text)[:LONGEST_NAME]
 
     def pool(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Return the average over all pinches of this object so far; None without an estimate."""
+        """Add a finished pinch, and return the average over all pinches of its object.
+
+        Return None if the pinch has no estimate that can be averaged, or if no marker or label
+        tells objects apart.
+        """
         self.add_pinch(pinch)
         if self._is_new:
             self._is_new = False

@@ -1,4 +1,4 @@
-"""Live pipeline: samples in, contacts and estimates out, block by block.
+"""Live pipeline: it turns blocks of samples into contacts and estimates.
 
 The source decides the block size. The pipeline joins blocks until an event is possible.
 """
@@ -56,7 +56,8 @@ class Pipeline:
     predictor
         Model that predicts the stiffness; None to detect contacts without estimates.
     calibration
-        Noise floors of the fingers. Without them only the first closing of each epoch is detected.
+        Noise floors of the fingers. Without them, only the first closing of each epoch (run of the
+        device's sample counter) is detected.
     clock
         Function that returns the time by this computer's clock, s.
     delay
@@ -114,7 +115,7 @@ class Pipeline:
         self.calibrate(calibration)
 
     def calibrate(self, calibration: Calibration | None) -> None:
-        """Set the noise floors from a calibration. Call this only before the first block."""
+        """Set the noise floors of the fingers. Call this only before the first block."""
         self._chain = Chain(
             self._image,
             self.layout,
@@ -127,19 +128,19 @@ class Pipeline:
         self._has_warned = self._chain.has_floors
 
     def follow(self, recording: Recording) -> None:
-        """Begin closings where a recording marks its pinches, as offline functions do.
+        """Detect closings where a replayed recording marks its pinches, as offline functions do.
 
-        With noise floors, closings are detected instead. Call this before the first block, and
-        after :meth:`calibrate`.
+        With noise floors, closings are detected by the motor's noise instead. Call this before the
+        first block, and after :meth:`calibrate`.
         """
         if recording.pinches and not self._chain.has_floors:
             self._closings = recorded_closings(recording, self.layout.rate)
             self._has_warned = True
 
     def _parts(self, block: Block) -> Iterator[tuple[int, Block]]:
-        """Yield the parts of a block that lie within closings, with the number of the closing.
+        """Yield the parts of a block that lie within marked closings, with the closing's number.
 
-        Without marked closings it is the whole block, with its epoch.
+        Without marked closings, yield the whole block with its epoch.
         """
         if not self._closings:
             yield block.epoch, block
@@ -172,39 +173,42 @@ class Pipeline:
                 yield from self._work(host)
 
     def set_batch(self, seconds: float) -> None:
-        """Process samples in batches of ``seconds`` (0.018 to 0.036 s) while no event is due."""
+        """Set the duration of the batches of samples that are processed together, s.
+
+        It is clipped to the range from 0.018 to 0.036 s, and holds while no event is due.
+        """
         self._idle = samples_in(min(max(seconds, IDLE[0]), IDLE[1]), self.layout.rate)
 
     @property
     def ledger(self) -> Ledger:
-        """Statistics of the session's delays."""
+        """Statistics of the delays of estimates in this session."""
         return self.translator.ledger
 
     @property
     def is_closing(self) -> bool:
-        """True while a closing (one movement of the hand around an object) is in progress."""
+        """True from the start of a closing of the hand until the motor stops."""
         return self._chain.runs
 
     @property
     def is_predicting(self) -> bool:
-        """True from the first contact of a closing until its last estimate."""
+        """True from the first contact of a closing until the last estimate for it."""
         return self.translator.is_predicting
 
     @property
     def is_urgent(self) -> bool:
-        """True while contacts or estimates of a closing are due.
+        """True while contacts or estimates of a closing may come soon.
 
-        Without noise floors a closing may be as long as the stream, so only estimates count.
+        Without noise floors, a closing may last as long as the stream, so only estimates count.
         """
         return self.is_predicting or (self._chain.has_floors and self._chain.is_open)
 
     @property
     def due(self) -> int:
-        """Number of further samples until the next event is possible, at least 1."""
+        """Number of samples that are needed before the next event is possible, at least 1."""
         return max(1, self._lot - self._waiting_samples)
 
     def finish(self) -> list[Event]:
-        """Return the events of the last pinch that remain. Call this after the last block."""
+        """Return the remaining events of the last pinch. Call this after the last block."""
         events = list(self._work(self._clock())) if self._waiting else []
         for event in self._chain.finish():
             events += self.translator.translate(event)
@@ -241,7 +245,7 @@ class Pipeline:
             )
 
     def _warn_of_load(self) -> None:
-        """Warn once that no closing is detected, because a force stays high."""
+        """Warn once that no closing is detected, because a force sensor stays high."""
         if self._has_warned_of_load or self._chain.refused < REFUSED:
             return
         self._has_warned_of_load = True
@@ -253,7 +257,7 @@ class Pipeline:
 
 
 def _called(predictor: Predictor) -> Predict:
-    """Return the function through which the compiled chain calls a predictor in Python."""
+    """Return a predictor's method ``predict`` as a function that the C chain can call."""
 
     def predict(
         signal: bytes, lead: int, samples: int, finger: int, *hints: float

@@ -25,7 +25,7 @@ _log = logging.getLogger("firstcontact.streaming")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Update:
-    """New samples and events since the last update, and the state of the live session."""
+    """New samples and events since the previous update, and the state of the live session."""
 
     arrivals: tuple[Arrival, ...] = ()
     events: tuple[Event, ...] = ()
@@ -52,20 +52,24 @@ class Sink(Protocol):
 
     @property
     def every(self) -> float:
-        """Longest time that new samples may wait before this sink gets them, s."""
+        """Longest time that new samples may wait before :meth:`take` gets them, s."""
 
     def open(self, descriptor: Descriptor) -> None:
-        """Start the output of a source. The session calls this once, before the first update."""
+        """Open the output, for example its file or window, before the first update.
+
+        ``descriptor`` describes the source: its names, sampling rate and channels. The session
+        calls this method once, in the thread of the sink.
+        """
 
     def take(self, update: Update) -> None:
-        """Process an update: new samples, new events, and the state of the session."""
+        """Show or send an update: new samples, new events, and the state of the session."""
 
     def close(self) -> None:
-        """Close the output. The session calls this once at the end, also after an error."""
+        """Close the output. The session calls this once at its end, also after an error."""
 
 
 class _Feeder:
-    """Thread that passes updates to one sink, and the queue of waiting updates."""
+    """Thread that passes updates to one sink, with a queue of waiting updates."""
 
     def __init__(
         self, sink: Sink, descriptor: Descriptor, patient: bool, stopped: Callable[[], bool]
@@ -148,7 +152,7 @@ class _Feeder:
 
 
 class Fanout:
-    """Distributor that passes every update to every sink."""
+    """Distributor that passes every update to every sink, each in a thread of its own."""
 
     def __init__(
         self,
@@ -165,17 +169,20 @@ class Fanout:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Number of updates that each sink missed, by its name, except sinks whose reader left."""
+        """Number of updates that each sink missed, by its name.
+
+        Sinks whose reader left do not count.
+        """
         return {f.sink.name: f.dropped for f in self._feeders if not f.left}
 
     @property
     def failed(self) -> dict[str, str]:
-        """Reason of each failure by name of the sink, except sinks whose reader only left."""
+        """Reason why each failed sink failed, by its name. Sinks whose reader left do not count."""
         return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
 
     @property
     def deserted(self) -> bool:
-        """True if there are sinks, and each of them has failed or lost its reader."""
+        """True if there are sinks, and all of them have failed or lost their readers."""
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:

@@ -1,4 +1,4 @@
-"""Live events: structs that are also written as JSON lines and sent to the page."""
+"""Live events: records that are also written as JSON lines and sent to the page."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from firstcontact.recording import PinchMark
 
 
 class Ask(StrEnum):
-    """Request to the hand: close or open."""
+    """Request to the hand: to close or to open."""
 
     CLOSE = "close"
     OPEN = "open"
 
 
 class Verdict(StrEnum):
-    """Rating of a pinch: an estimate before the second finger touched, a later one, or none.
+    """Rating of a pinch by the time of its estimates, relative to the second finger's contact.
 
     Examples
     --------
@@ -50,12 +50,12 @@ class _Reported(msgspec.Struct, frozen=True):
 
 
 class ClosingStart(_Reported, frozen=True, tag="closing_start"):
-    """Start of a closing: the hand's motor starts. Contacts are reported from this sample on.
+    """Start of a closing of the hand: its motor runs. Contacts can be reported from this sample on.
 
     Parameters
     ----------
     sample, epoch
-        Number of the first sample of the closing, and epoch (run of the sample counter).
+        Number of the first sample of the closing, and epoch (run of the device's sample counter).
     """
 
     sample: int
@@ -199,27 +199,30 @@ class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def final(self) -> Estimate | None:
-        """Last estimate, even if it was too late; None without an estimate."""
+        """Last estimate of the pinch, even if it was too late; None without an estimate."""
         return self.estimates[-1] if self.estimates else None
 
     @property
     def in_force(self) -> Estimate | None:
-        """Last estimate available before the second contact; the last one if not in real time."""
+        """Last estimate that was available before the second finger's contact; None if none was.
+
+        If samples did not arrive in real time, it is the last estimate.
+        """
         if not self.real_time:
             return self.final
         return next((e for e in reversed(self.estimates) if e.in_time), None)
 
     @property
     def second(self) -> Contact | None:
-        """Contact of the second finger; None if it was not detected."""
+        """Contact of the second finger; None if no such contact was detected."""
         return self.contacts[1] if len(self.contacts) > 1 else None
 
     def holds(self, epoch: int, sample: int) -> bool:
-        """Return True if the sample number ``sample`` of an epoch lies in the pinch."""
+        """Return True if the pinch contains this sample of this epoch."""
         return epoch == self.epoch and self.start <= sample < self.end
 
     def overlaps(self, mark: PinchMark) -> bool:
-        """Return True if ``mark``, a pinch marked in a recording, shares a sample with this one."""
+        """Return True if ``mark``, a pinch marked in a recording, shares samples with this one."""
         return mark.epoch == self.epoch and mark.first_sample < self.end and self.start < mark.end
 
 
@@ -314,7 +317,7 @@ class HandPrediction(_Reported, frozen=True, tag="hand_prediction"):
 
     @property
     def epoch(self) -> int:
-        """Epoch of the samples."""
+        """Epoch (run of the device's sample counter) of the samples."""
         return self.event.epoch
 
 

@@ -1,4 +1,4 @@
-"""Samples, force grids and events for Foxglove, by its protocol ``foxglove.sdk.v1``."""
+"""Output for the viewer Foxglove: samples, force grids and events, by ``foxglove.sdk.v1``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CELL, APART = 0.005, 0.02
 
 
 class FoxgloveSink:
-    """WebSocket server for Foxglove: each sample, force grids, and each event as JSON.
+    """WebSocket server for Foxglove, which sends each sample, force grids, and each event as JSON.
 
     The constructor opens the port, so that a busy port is reported early. The SDK cannot refuse
     origins: any web page in a browser on this computer can read along.
@@ -130,7 +130,7 @@ class FoxgloveSink:
             self._log(line, self._clock.host_time(marker.sample, marker.epoch))
 
     def _grid(self, force: Any, place: int, stamp: int) -> Any:
-        """Return the force map of a finger. Its first row is on top, as on the page."""
+        """Return the map of a finger's forces. Its first row is on top, as on the page."""
         kinds = self._sdk.messages
         across = 1 if len(force) % 2 else 2
         position = kinds.Vector3(x=place * APART)
@@ -152,7 +152,7 @@ class FoxgloveSink:
         self.events[tag].log(json_line(line), log_time=int(self._nanoseconds(host)))
 
     def _nanoseconds(self, host: Any) -> Any:
-        """Return times by ``time.monotonic()``, s, as nanoseconds since 1970."""
+        """Convert times by ``time.monotonic()``, s, to nanoseconds since 1970."""
         return np.int64(np.round((host + self._shift) * 1e9))
 
     def _channel(self, topic: str, **options: Any) -> Any:
@@ -160,7 +160,7 @@ class FoxgloveSink:
 
 
 def _schema(kind: inspect.Type) -> dict[str, Any]:
-    """Return a JSON schema of an event type, without the references that viewers cannot read."""
+    """Return the JSON schema of an event type, without references, which viewers cannot read."""
     if isinstance(kind, inspect.UnionType):
         return _schema(next(t for t in kind.types if not isinstance(t, inspect.NoneType)))
     if isinstance(kind, inspect.StructType | inspect.DataclassType):

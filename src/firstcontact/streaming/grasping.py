@@ -1,4 +1,4 @@
-"""Link of a live session to a hand: events go to the grasp policy, its commands to the hand."""
+"""Link between a live session and a hand: the policy gets events, and the hand its commands."""
 
 from __future__ import annotations
 
@@ -43,7 +43,11 @@ _log = logging.getLogger("firstcontact.streaming")
 
 @dataclass(frozen=True, slots=True)
 class HandRequest:
-    """Request of ``by``, such as a viewer of the page. ``ask`` is None if ``by`` disconnected."""
+    """Request of ``by``, such as a viewer of the page, to close or open the hand.
+
+    ``ask`` is None if ``by`` has disconnected. ``time`` is that of the request by
+    ``time.monotonic()``, s.
+    """
 
     ask: Ask | None
     by: str
@@ -51,7 +55,7 @@ class HandRequest:
 
 
 class HandRequests:
-    """Queue of requests to the hand from any thread. The session's own thread carries them out."""
+    """Queue of requests to the hand from any thread, which the session's thread carries out."""
 
     def __init__(self, name: str, begins: Begins, release: Callable[[], None]) -> None:
         #: Origin of the request that closed the hand; None while no request holds it closed.
@@ -98,7 +102,7 @@ class HandRequests:
         self._over = True
 
     def take(self) -> HandRequest | None:
-        """Return the next request, or None. Only the session's thread may call this."""
+        """Remove and return the next request, or None. Only the session's thread may call this."""
         with self._lock:
             self.opening = any(self.opens(request) for request in self._waiting)
             while self._waiting:
@@ -118,7 +122,7 @@ class HandRequests:
 
 
 class PositionTrack:
-    """Positions of a hand, interpolated to the steady rate of their columns in a recording."""
+    """Positions of a hand's fingers, interpolated to the constant rate of a recording's columns."""
 
     def __init__(self, hand: Hand, dtype: str, epoch: int, start: float) -> None:
         self.epoch = epoch
@@ -127,7 +131,7 @@ class PositionTrack:
         self._reports: list[tuple[float, ...]] = []  # the newest report
 
     def read(self, host_zero: float) -> list[Block]:
-        """Return the positions up to the hand's newest report, interpolated between its reports.
+        """Return new positions up to the hand's newest report, interpolated between its reports.
 
         ``host_zero`` is the time of sample 0 by ``time.monotonic()``, s.
         """
@@ -235,7 +239,7 @@ class Grasping:
                 self.is_used = None if self.loop.policy.deadline is None else is_used
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Carry out requests and commands that are due after a block. Return their events."""
+        """Carry out the requests and commands that are due after a block. Return their events."""
         events: list[Event] = [*self._obey(block)]
         now = block.end / self._rate + self._late
         if not self._done and block.epoch == self._epoch:
@@ -246,12 +250,12 @@ class Grasping:
         return [*events, *self.take_commands()]
 
     def take_commands(self) -> list[PolicyCommand]:
-        """Return an event for each command that the hand got since the last call."""
+        """Return one event for each command that was sent to the hand since the last call."""
         commands, self._commands = self._commands, []
         return [PolicyCommand(c.speed, c.force, *self._newest) for c in commands]
 
     def ended(self) -> None:
-        """Open the hand at the end of a session, before the slower outputs are closed."""
+        """Open the hand at the end of a session, before outputs are closed, which may be slow."""
         self.requests.end()
         self.hand.release()
 
@@ -322,7 +326,7 @@ class Grasping:
         return self._safe is not None and self._safe.silenced
 
     def _estimated(self, estimate: Estimate) -> None:
-        """Pass an estimate to the policy, unless it repeats the one that the policy used last."""
+        """Pass an estimate to the policy, unless the policy has already used the same one."""
         if estimate.out_of_range:  # its interval may not hold: as if there were no estimate
             self.loop.counts.unused += estimate.final
             self._acted_on = -1.0  # so that a final estimate from fewer samples counts again
@@ -337,7 +341,7 @@ class Grasping:
             self._acted_on = estimate.elapsed
 
     def _send(self, command: Command) -> bool:
-        """Send a command. Return False if the hand must stay open or the samples are too old."""
+        """Send a command to the hand. Return False if it must stay open or samples are too old."""
         if self.requests.opening or self._is_silenced or self._late > STALE:
             return False
         self.last = command
@@ -348,7 +352,10 @@ class Grasping:
         return True
 
     def lines(self, *, real_time: bool = True) -> list[str]:
-        """Return sentences for the end of a session on commands, contacts and used estimates."""
+        """Return sentences for the end of a session, on commands, contacts and used estimates.
+
+        ``real_time`` is True if estimates could be rated as in time or too late.
+        """
         counts = self.loop.counts
         lines = [
             f"hand {self.hand.name} with policy {self.loop.policy.name}: {counts.commands} "

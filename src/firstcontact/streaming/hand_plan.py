@@ -1,4 +1,4 @@
-"""Choice of the hand in a live session: its checks, and the opening of the hand."""
+"""Choice of a hand for a live session: the checks of its options, and its opening."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from firstcontact.streaming.grasping import Grasping
 
 @dataclass(frozen=True, slots=True)
 class HandPlan:
-    """User's choice of a hand, its policy and its slip detector; by default no hand.
+    """Options of a live session for a hand, its policy and its slip detector; by default no hand.
 
     Attributes
     ----------
     hand, port
-        Hand, or its name, and its port.
+        Hand, or its name, and the port that it is connected to.
     policy
         Grasp policy, or its name; None means the default.
     slip
-        Name of a slip detector.
+        Name of a slip detector; None for no slip detection.
     """
 
     hand: str | Hand | None = None
@@ -37,7 +37,11 @@ class HandPlan:
     slip: str | None = None
 
     def check(self, device: str, *, is_live: bool) -> None:
-        """Raise InputError if the hand does not work with these options or this source."""
+        """Raise InputError if these options do not fit together, or do not fit the source.
+
+        ``device`` is the name of the source. ``is_live`` is True if its samples arrive in real
+        time.
+        """
         policy, port = self.policy, self.port
         if policy is not None:
             find_policy(policy)
@@ -78,7 +82,10 @@ class HandPlan:
     def open(
         self, stack: ExitStack, source: Source, predictor: Predictor | None, *, real_time: bool
     ) -> Grasping | None:
-        """Open the hand, which ``stack`` closes. Return the object that drives it, or None."""
+        """Open the hand. Return the handler that drives it, or None without a hand.
+
+        ``stack`` closes the hand at its end.
+        """
         if self.hand is None:
             return None
         policy = live_policy(self.policy or POLICIES.default)
@@ -95,7 +102,7 @@ class HandPlan:
 
 
 def _check_quantity(policy: Policy, predictor: Predictor | None) -> None:
-    """Raise InputError if the policy uses estimates and the model does not predict Shore A."""
+    """Raise ArgumentError if the policy uses estimates, but the model does not predict Shore A."""
     if policy.deadline is not None and predictor and predictor.quantity is not SHORE_A:
         raise ArgumentError(
             f"{policy.name} uses estimates in Shore A, but the model predicts "
@@ -105,7 +112,7 @@ def _check_quantity(policy: Policy, predictor: Predictor | None) -> None:
 
 
 def _check_slip(slip: str, hand: str | Hand | None, policy: type[Policy] | Policy) -> None:
-    """Raise InputError unless the hand closes on request and the policy reacts to slips."""
+    """Raise ArgumentError unless the hand closes on request and the policy reacts to slips."""
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in find_hand(hand).begins:
         raise ArgumentError(

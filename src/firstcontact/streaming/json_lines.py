@@ -1,4 +1,4 @@
-"""JSON lines for other programs: one object per line, with its type."""
+"""Output of JSON lines for other programs: one object per line, whose field states its type."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FORMAT_VERSION = 4
 
 
 class ChannelLine(msgspec.Struct, frozen=True):
-    """Column of the samples.
+    """Description of one column of the samples, in :class:`DescriptorLine`.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
 
     @classmethod
     def describe(cls, descriptor: Descriptor) -> DescriptorLine:
-        """Return the first line for a source."""
+        """Return the first line for a source with this descriptor."""
         layout = descriptor.layout
         pairs = zip(layout.column_names, layout.column_channels, strict=True)
         return cls(
@@ -94,12 +94,12 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
 
 
 class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
-    """Marker of the operator or the device, attached to a sample.
+    """Marker of a person or the device, attached to a sample.
 
     Parameters
     ----------
     sample, epoch
-        Sample to which the marker is attached, and its epoch.
+        Sample to which the marker is attached, and its epoch (run of the sample counter).
     text
         Text of the marker.
     """
@@ -148,7 +148,7 @@ def marker_line(marker: Marker) -> str:
 
 
 class JsonLinesSink:
-    """Sink that writes each event immediately as a line of JSON to a stream, which stays open."""
+    """Sink that writes each event immediately as a line of JSON to a stream."""
 
     name = "json"
     every = 0.1
@@ -174,7 +174,7 @@ class JsonLinesSink:
             self._write(lines)
 
     def close(self) -> None:
-        """Close the sink. All lines have been written already, and the stream stays open."""
+        """Do nothing: all lines were written already, and the stream stays open."""
 
     def _write(self, lines: Sequence[str]) -> None:
         self._stream.write("".join(line + "\n" for line in lines))

@@ -1,4 +1,4 @@
-"""Statistics of the times between a contact and its estimate, and text about them."""
+"""Statistics of the times between contacts and their estimates, and text about them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,10 @@ TIMES = {
 
 
 class Ledger:
-    """Collector of times in a session: computing time per estimate, all others per pinch."""
+    """Collector of the delays and counts of a live session.
+
+    Computing times are stored for each estimate, all other times for each pinch.
+    """
 
     def __init__(self, rate: float, delay: float = 0.0) -> None:
         self.rate = rate
@@ -53,7 +56,7 @@ class Ledger:
         self._times: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in TIMES}
 
     def worked(self, spent: float, samples: int) -> None:
-        """Add a block of ``samples`` samples that took ``spent`` s to process."""
+        """Add the time ``spent`` (s) on a block of this number of samples."""
         self.blocks += 1
         self.busy += spent
         self.overruns += spent * self.rate > samples
@@ -63,7 +66,7 @@ class Ledger:
         self._times["compute"].append(estimate.compute)
 
     def count_use(self, *, is_used: bool) -> None:
-        """Count a pinch by a hand that uses estimates, as used or not used."""
+        """Count one more pinch, in which the hand used an estimate in time or not."""
         self.used = (self.used or 0) + is_used
 
     def close(self, pinch: PinchDone) -> None:
@@ -85,7 +88,7 @@ class Ledger:
             self._times[name].append(seconds)
 
     def summary(self) -> Mapping[str, float]:
-        """Return all counts by name, and p50, p99 and maximum of each time, s."""
+        """Return all counts by name, and the median, 99 % quantile and maximum of each time, s."""
         figures = {
             "estimates": float(self.estimates),
             "pinches": float(self.verdicts.total()),
@@ -115,7 +118,11 @@ def ledger_lines(
     alone: bool = False,
     speed: float = 1.0,
 ) -> Iterator[str]:
-    """Yield lines of text about the estimates of a session, from :meth:`Ledger.summary`."""
+    """Yield lines of text about the number of estimates in a session, and if they were in time.
+
+    ``figures`` come from :meth:`Ledger.summary`. ``alone`` is True if the hand has one sensor only,
+    and ``speed`` is the playback speed.
+    """
     with_estimate = figures["pinches"] - figures["none"]
     if speed != 1.0:
         yield (
@@ -137,9 +144,10 @@ def ledger_lines(
 def detail_lines(
     figures: Mapping[str, float], samples: float, cpu: float, *, speed: float = 1.0
 ) -> Iterator[str]:
-    """Yield lines of text about the times of a session of ``samples`` seconds.
+    """Yield lines of text about the delays and the computing time of a session.
 
-    ``cpu`` is the processor time in s.
+    ``figures`` come from :meth:`Ledger.summary`. ``samples`` is the duration of the samples, and
+    ``cpu`` the processor time, both s.
     """
     if speed == 1.0:
         yield from _time_lines(figures)
@@ -182,17 +190,17 @@ def _verdict_lines(figures: Mapping[str, float]) -> Iterator[str]:
 
 
 def processor_wait() -> float:
-    """Return how long this thread was ready, but without a processor, s; NaN if unknown."""
+    """Return the time for which this thread was ready, but had no processor, s; NaN if unknown."""
     with suppress(OSError, ValueError, IndexError):
         return 1e-9 * int(_TIMES.read_bytes().split()[1])
     return math.nan
 
 
 def delay_cause(first: Estimate, offset: float | None, queued: float, stalled: float) -> str:
-    """Return the reason why the first estimate came too late, or "" if a delay was not the reason.
+    """Return a sentence on why the first estimate came too late; "" if no delay was the reason.
 
     ``offset`` is the time from the first to the second contact, ``queued`` the wait for a
-    processor, and ``stalled`` the time in which the thread did not run for any reason, s.
+    processor, and ``stalled`` the time in which the thread did not run for any reason, all s.
     """
     delay = first.waited + first.transport + first.compute
     if offset is None or not first.available - delay < offset <= first.available:

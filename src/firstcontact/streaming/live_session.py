@@ -1,4 +1,4 @@
-"""Opening of a live session with its source, model, noise floors, pipeline and hand."""
+"""Opening of a live session: its source, model, noise floors, pipeline and hand."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _log = logging.getLogger("firstcontact.streaming")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SessionPlan:
-    """User's choices for a live session. None lets the session choose.
+    """Options of a live session. None lets the session choose.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class SessionPlan:
     detector
         Contact detector that replaces the detector of the model.
     calibration
-        Calibration with the noise floors, or its file.
+        Calibration with the noise floors of the sensors, or its file.
     real_time
         True if samples arrive in real time.
     hand
@@ -65,7 +65,7 @@ class SessionPlan:
     recordings
         Folder for recordings.
     shape
-        Shape that all objects share.
+        Shape of all objects: "flat", or a radius in mm; "" if unknown.
     """
 
     model: Model | AnyPath | None = None
@@ -79,7 +79,7 @@ class SessionPlan:
 
 
 class _Choice(NamedTuple):
-    """Model, detector and predictor that a session uses."""
+    """Model, contact detector and predictor that a session uses; None where it uses none."""
 
     model: Model | None
     detector: Detector | None
@@ -95,7 +95,11 @@ def live_session(
     opens: bool = False,
     notify: Callable[[str], None] = _log.info,
 ) -> Iterator[LiveSession]:
-    """Open a live session in a context manager, at whose end the hand opens and lets go."""
+    """Open a live session as a context manager, which closes the session's hand at the end.
+
+    ``measure`` measures the noise floors if they are unknown, ``opens`` opens the source, too, and
+    ``notify`` gets remarks for the user. Raise InputError if the options do not fit together.
+    """
     from threadpoolctl import threadpool_limits
 
     real_time = source.speed == 1.0 if plan.real_time is None else plan.real_time
@@ -138,7 +142,7 @@ def live_session(
 
 
 def _model(plan: SessionPlan, source: Source) -> Model:
-    """Return the planned model, or the default model for the source, which may be unopened."""
+    """Return the model that the plan names, or else the default model for the source."""
     model = plan.model
     if isinstance(model, str | os.PathLike):
         model = load_model(model, plan.detector)
@@ -149,7 +153,10 @@ def _model(plan: SessionPlan, source: Source) -> Model:
 
 
 def _choose(plan: SessionPlan, model: Model, source: Source) -> _Choice:
-    """Choose detector and predictor. Devices that predict by themselves need a named model."""
+    """Choose the detector and the predictor of a session.
+
+    For a device that predicts by itself, a model predicts only if the user names it.
+    """
     is_own = source.descriptor.predictor is None or model.folder is not None
     if plan.model is None and not is_own:
         return _Choice(None, plan.detector, None)
@@ -161,7 +168,7 @@ def _choose(plan: SessionPlan, model: Model, source: Source) -> _Choice:
 
 
 def _pipeline(opened: Source, source: Source, choice: _Choice, *, real_time: bool) -> Pipeline:
-    """Return the pipeline for a source: the opened one, or the one that resamples it."""
+    """Return the pipeline for ``source``, which resamples the source ``opened`` or is the same."""
     layout = source.descriptor.layout
     pipeline = Pipeline(
         layout,
@@ -185,8 +192,8 @@ def _remarks(
     model, _, predictor = choice
     if model is not None and model.folder is None and not is_given:
         yield (
-            "no --model: the model of the package predicts, which does not know this rig. Its "
-            "intervals are wide, and `firstcontact adapt` narrows them with a few pinches of blocks"
+            "no model was given, so the package's model predicts. Its intervals are wide, because "
+            "it is not adapted to this hand: `firstcontact adapt` does so with a few pinches"
         )
     elif model is not None and predictor is not None:
         yield _who_predicts(model, predictor, estimator)
@@ -201,13 +208,13 @@ def _who_predicts(model: Model, predictor: Predictor, estimator: str | None) -> 
     default = model.predictors[0]
     if estimator is None and default.name != predictor.name:
         return (
-            f"{predictor.name} predicts, because {default.name} takes {default.rate:g} samples a "
-            f"second and the detector another number: train both together to use {default.name}"
+            f"estimates come from {predictor.name}, because {default.name} needs {default.rate:g} "
+            f"Hz and the detector another rate: train both together to use {default.name}"
         )
     fitting = [p.name for p in model.predictors if is_same_rate(p.rate, predictor.rate)]
     others = [name for name in dict.fromkeys(fitting) if name != predictor.name]
-    choice = f"; to change that, add --estimator {' or '.join(others)}" if others else ""
-    return f"{predictor.name} predicts{choice}"
+    choice = f": add --estimator {' or '.join(others)} for others" if others else ""
+    return f"estimates come from {predictor.name}{choice}"
 
 
 def _device_model(device: DevicePredictor, model: Model | None, estimator: str | None) -> str:
@@ -235,14 +242,14 @@ def _at_rate(source: Source, choice: _Choice, notify: Callable[[str], None]) -> 
     if stated == rate or (trained is None and is_same_rate(stated, rate)):
         return source
     notify(
-        f"{source.name} sends {stated:g} samples a second and the model takes {rate:g}: they are "
-        "resampled, also in recordings"
+        f"{source.name} sends {stated:g} samples a second, but the model needs {rate:g}, so the "
+        "samples are resampled, also in recordings"
     )
     return ResampledSource(source, rate)
 
 
 def _device_floors(device: DevicePredictor | None) -> Calibration | None:
-    """Return the noise floors that a device reports; None if it reports none."""
+    """Return the noise floors that a device reports with its predictor; None if it has none."""
     if device is None or len(device.floors) < 2 or not min(device.floors) > 0:
         return None
     pairs = zip(fingertip_layout().vibration_fingers, device.floors, strict=True)
@@ -260,7 +267,7 @@ def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpee
 
 
 def check_limits(seconds: float | None, pinches: int | None) -> None:
-    """Raise InputError if the limits of a live session are not above 0."""
+    """Raise ArgumentError if the duration, s, or the number of pinches is not above 0."""
     for name, noun, bound in (
         ("seconds", "the duration", seconds),
         ("pinches", "the number of pinches", pinches),

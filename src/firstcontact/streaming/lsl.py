@@ -1,4 +1,4 @@
-"""Samples and events as streams of the Lab Streaming Layer."""
+"""Output of samples and events as streams of the Lab Streaming Layer (LSL)."""
 
 from __future__ import annotations
 

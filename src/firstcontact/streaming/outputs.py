@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class OutputOptions:
-    """User's options for the outputs, besides their names."""
+    """Options of a live session that concern outputs, such as ports and tokens."""
 
     #: Address and TCP port of the page, and the token of its viewers on other machines.
     address: str = "127.0.0.1"
@@ -63,9 +63,10 @@ OUTPUTS: Registry[OutputKind] = Registry(
 
 
 def find_outputs(names: Iterable[str]) -> list[OutputKind]:
-    """Return the outputs with these names, and text unless one of them writes to standard output.
+    """Return the outputs with these names, and also "text" unless one writes to standard output.
 
-    This imports the modules of the outputs, which may take long.
+    This imports the modules of the outputs, which may take long. Raise InputError for an unknown
+    name, or if two outputs write to standard output.
     """
     kinds = [OUTPUTS.find(name) for name in dict.fromkeys(names)]
     writers = [kind.name for kind in kinds if kind.to_stdout]

@@ -1,4 +1,4 @@
-"""Preparation of this process for real time: scheduling, memory, and garbage collection."""
+"""Settings that prepare this process for real time: scheduling, memory and garbage collection."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ _log = logging.getLogger("firstcontact.streaming")
 def real_time_process(
     *, real_time: bool, notify: Callable[[str], None] = _log.info
 ) -> Iterator[Callable[[bool], None]]:
-    """Prepare this process for real time, and undo that at the end of the ``with`` block.
+    """Prepare this process for real time during a ``with`` block, if ``real_time`` is True.
 
-    Yield a function that pauses the garbage collector (True) or lets it run (False).
+    Yield a function that pauses the garbage collector (True) or lets it run (False). ``notify``
+    gets a line on the permissions that the system granted.
     """
     if not real_time:
         yield lambda is_urgent: None
@@ -61,7 +62,7 @@ def real_time_process(
 
 
 def _raise_priority() -> tuple[int, os.sched_param] | None:
-    """Raise this thread's priority. Return its former scheduling; None if that was refused."""
+    """Raise this thread's priority. Return its former scheduling; None if this was refused."""
     if sys.platform != "linux":
         return None
     former = os.sched_getscheduler(0), os.sched_getparam(0)
@@ -73,7 +74,10 @@ def _raise_priority() -> tuple[int, os.sched_param] | None:
 
 
 def _lock_memory() -> Callable[[], object] | None:
-    """Keep this process out of swap. Return the function that undoes this; None if refused."""
+    """Lock this process in memory.
+
+    Return the function that unlocks it; None if this was refused.
+    """
     with suppress(OSError, AttributeError):  # a system without these functions
         system = ctypes.CDLL(None)
         if system.mlockall(MCL_CURRENT) == 0:

@@ -1,4 +1,4 @@
-"""Live session: it passes samples from a source to the pipeline, a recorder and outputs."""
+"""Live session, which passes samples from a source to the pipeline, the recorder and outputs."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ _log = logging.getLogger("firstcontact.streaming")
 
 
 class LiveSession:
-    """Running live session: a pipeline on an open source, which viewers can control.
+    """Running live session: a pipeline on an open source, with recordings, outputs and a hand.
 
-    ``grasping`` gets each event before any output does. ``notify`` gets a line that says what the
-    system granted to a session in real time.
+    ``grasping`` drives the hand, and gets each event before the outputs do. ``notify`` gets a line
+    on the permissions that the system granted to a session in real time.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class LiveSession:
             self.set_shape(shape)
 
     def run(self, sinks: Sequence[Sink] = (), **limits: Any) -> None:
-        """Run until the source ends or a limit is reached; parameters as in :meth:`events`."""
+        """Run the session without returning events; parameters as in :meth:`events`."""
         for _ in self.events(sinks, **limits):
             pass
 
@@ -111,7 +111,12 @@ class LiveSession:
         stopped: Callable[[], bool] = lambda: False,
         patient: bool = False,
     ) -> Iterator[Event]:
-        """Run until the source ends, all outputs have failed, or a limit is reached."""
+        """Run the session and yield its events, until the source ends or a limit is reached.
+
+        The session also ends if all outputs have failed. ``sinks`` are the outputs, and ``seconds``
+        and ``pinches`` the limits. ``stopped`` returns True to stop. ``patient`` waits for slow
+        outputs instead of dropping updates.
+        """
         until = math.inf if seconds is None else time.monotonic() + seconds
 
         def ended() -> bool:
@@ -148,7 +153,11 @@ class LiveSession:
         pinches: int | None,
         stopped: Callable[[], bool],
     ) -> Iterator[Event]:
-        """Yield events until the source ends or a limit is reached."""
+        """Yield events until the source ends or a limit is reached.
+
+        ``hurry`` pauses the garbage collector, ``together`` is the longest wait of outputs (s), and
+        ``until`` the end by ``time.monotonic()``.
+        """
         updated = last_arrival = time.monotonic()
         is_urgent = False
         while not stopped() and time.monotonic() < until:
@@ -176,7 +185,7 @@ class LiveSession:
                 return
 
     def _read(self, last_arrival: float) -> list[Arrival]:
-        """Return the next samples. While estimates are due, poll instead of sleeping."""
+        """Wait for samples, and return them. While estimates are due, poll instead of sleeping."""
         if self.pipeline.is_predicting and self._can_poll:
             until = last_arrival + POLL
             due = last_arrival + self._least / self.pipeline.layout.rate - EARLY
@@ -196,23 +205,27 @@ class LiveSession:
         self.source.mark(text)
 
     def new_object(self) -> None:
-        """Begin a new object with the next pinch: estimates are averaged from there on."""
+        """Count the next pinch as one of a new object, for the average over pinches."""
         self._objects.new_object()
         self.pipeline.translator.radius = parse_radius(self._shape)
 
     @property
     def quantity(self) -> Quantity:
-        """Quantity of the estimates."""
+        """Quantity that the session estimates, such as Shore A."""
         predictor = self.pipeline.predictor
         return SHORE_A if predictor is None else predictor.quantity
 
     @property
     def uses_shape(self) -> bool:
-        """True if the model uses the shape of the object."""
+        """True if the session's predictor uses the shape of the object."""
         return self.pipeline.predictor is not None and self.pipeline.predictor.uses_shape
 
     def set_shape(self, text: str) -> str:
-        """Set the shape of the object from the next contact on. Return it in words, or ""."""
+        """Set the shape of the touched objects, from the next contact on. Return it in words.
+
+        ``text`` is "flat", a radius in mm, or "" if unknown. Raise InputError if no shape can be
+        used.
+        """
         if not self.uses_shape:
             raise ModelError(
                 "this model cannot use an object's shape: leave the shape out, or use the network"
@@ -224,12 +237,16 @@ class LiveSession:
         return () if self._requests is None else self._requests.allowed
 
     def ask_hand(self, ask: Ask, by: str) -> None:
-        """Send a request to the hand. Raise InputError if the hand cannot do it."""
+        """Send the request of ``by``, such as a viewer, to the hand.
+
+        Raise InputError if there is no hand, or it cannot do that.
+        """
         if self._requests is None:
             raise ArgumentError("This session drives no hand: start the command again with --hand")
         self._requests.ask(ask, by)
 
     def hand_gone(self, by: str) -> None:
+        """Open the hand if the viewer ``by``, who has disconnected, had closed it."""
         if self._requests is not None:
             self._requests.gone(by)
 
@@ -251,7 +268,7 @@ class LiveSession:
         return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
-        """Process samples. Return True if the outputs should get them immediately."""
+        """Process newly arrived samples. Return True if outputs should get them immediately."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         if arrival.markers or arrival.pinches:
@@ -268,7 +285,7 @@ class LiveSession:
         return bool(arrival.markers) or len(self._events) > event_count
 
     def _act(self, events: Iterable[Event]) -> None:
-        """Pass events to the hand's policy immediately, and store them for the outputs."""
+        """Pass events to the grasp policy immediately, and store them for the outputs."""
         for event in events:
             if self.grasping is not None:
                 self.grasping.on_event(event)
@@ -288,7 +305,7 @@ class LiveSession:
                 self._names[event.number] = self._objects.name
 
     def _close_source(self) -> None:
-        """Close the source. The samples that it has received still go to recorder and outputs."""
+        """Close the source. Store the samples that it has received, for recorder and outputs."""
         self._was_connected = self.source.health.connected
         self._arrivals += drain(self.source)
 
@@ -314,7 +331,7 @@ class LiveSession:
 
 
 def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
-    """Join samples into as few arrivals as possible, each with the time of its newest samples."""
+    """Merge arrivals into as few as possible. Each gets the arrival time of its last samples."""
     hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
     blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)

@@ -1,4 +1,4 @@
-"""Recordings of a live session: their samples, pinches, and positions of the hand."""
+"""Recordings of a live session: samples, pinches, and positions of the hand."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ _log = logging.getLogger("firstcontact.streaming")
 
 
 class SessionRecording:
-    """Recordings of a session in a folder, one after the other. ``detector`` names the detector."""
+    """Recordings of a live session in a folder, one after the other.
+
+    ``detector`` names the detector of the session, which found the contacts.
+    """
 
     def __init__(
         self,
@@ -54,7 +57,7 @@ class SessionRecording:
         return self._recorder.status
 
     def start(self) -> Path:
-        """Begin a recording in the folder under an unused name. Return its path."""
+        """Start a recording in the folder, with an unused name. Return the path of its file."""
         now = datetime.now().astimezone()
         created = now.isoformat(timespec="seconds")
         header = self._source.descriptor.header(created=created, calibration=self._calibration)
@@ -91,7 +94,7 @@ class SessionRecording:
         return path
 
     def stop(self) -> Path | None:
-        """End the recording and return its path; None if none was running."""
+        """End the recording and return the path of its file; None if none was running."""
         path = self.status.path
         self._recorder.stop()
         return path
@@ -107,7 +110,7 @@ class SessionRecording:
         is_predicting: bool,
         hurries: Callable[[], bool],
     ) -> None:
-        """Record samples, and pinches with the names of their objects.
+        """Add new samples to the recording, and finished pinches with the names of their objects.
 
         Wait for the recorder unless ``hurries`` returns True.
         """
@@ -125,7 +128,7 @@ class SessionRecording:
             self._note(pinch, name)
 
     def _record_positions(self, block: Block, *, is_predicting: bool) -> None:
-        """Record the hand's positions up to a block, but not while estimates are due."""
+        """Add the hand's positions up to a block, but not while estimates are due."""
         hand = None if self._grasping is None else self._grasping.hand
         if self._grasping is None or hand is None or not hand.position_rate > 0:
             return

@@ -1,4 +1,4 @@
-"""Lines of text about pinches, for people."""
+"""Output of a line of text for each pinch, for people."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ from firstcontact.streaming.outputs import OutputKind
 
 
 class TextSink:
-    """Sink that writes a line of text for each pinch, loss, reconnection and failure."""
+    """Sink that writes a line of text for each pinch, data loss, reconnection and failed output.
+
+    ``shore_a`` returns the Shore A of a simulated object by its name, or None.
+    """
 
     name = "text"
     every = 0.1
@@ -92,7 +95,7 @@ class TextSink:
 
 
 def _shore_a(source: Source) -> Callable[[str], float | None]:
-    """Return a function that maps the name of a simulated object to its Shore A, or to None."""
+    """Return a function that returns the Shore A of a simulated object by its name, or None."""
     known = SOURCES["twin"].shore_a if source.descriptor.source == "twin" else None
 
     def shore_a(name: str) -> float | None:
@@ -142,7 +145,7 @@ def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
 
 
 def estimate_words(estimate: Estimate, *, timed: bool) -> str:
-    """Return an estimate in words. With ``timed``, add the time at which it was available."""
+    """Return an estimate in words. With ``timed``, also state when it was available."""
     e = estimate
     at = f" at {1e3 * e.available:.1f} ms" if timed else ""
     flag = ", out of range" if e.out_of_range else ""

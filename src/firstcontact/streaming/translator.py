@@ -1,4 +1,4 @@
-"""Translation of the chain's events into live events, with the closing that is in progress."""
+"""Translation of the C chain's events into live events, with the delays of estimates."""
 
 from __future__ import annotations
 
@@ -49,6 +49,8 @@ _log = logging.getLogger("firstcontact.streaming")
 
 @dataclass(slots=True)
 class OpenClosing:
+    """Closing of the hand that is in progress: its contacts, estimates and delays so far."""
+
     start: int
     epoch: int
     heard: int
@@ -73,9 +75,9 @@ class OpenClosing:
         self.closing_speed = self.unmeasured = None
 
     def settle(self, last: int, rate: float, *, real_time: bool) -> Estimate | None:
-        """Mark the newest estimate as final and return it; None without one.
+        """Drop estimates that use samples after number ``last``. Mark the newest one as final.
 
-        Estimates that use samples after number ``last`` are dropped first.
+        Return that estimate, or None if none is left.
         """
         self.is_settled = True
         self.made = [pair for pair in self.made if pair[0] <= last]
@@ -92,7 +94,10 @@ class OpenClosing:
 
 
 class Strips:
-    """Collector of true contacts: the first one that each copper strip shows in a closing."""
+    """Collector of true contacts, which copper strips on the fingers show.
+
+    It stores the first contact of each strip in a closing.
+    """
 
     def __init__(self, layout: Layout) -> None:
         columns = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
@@ -128,7 +133,7 @@ class Strips:
 
 
 class Translator:
-    """Translator of the chain's events. It measures the delays of estimates.
+    """Translator of the C chain's events into live events, which measures delays of estimates.
 
     ``delay`` is that of the source's own filter, s.
     """
@@ -168,24 +173,24 @@ class Translator:
 
     @property
     def is_predicting(self) -> bool:
-        """True from the first contact of a closing until its last estimate."""
+        """True from the first contact of a closing until the last estimate for it."""
         pinch = self._pinch
         if pinch is None or self.predictor is None:
             return False
         return bool(pinch.contacts) and not pinch.is_settled
 
     def arrive(self, block: Block, host: float) -> None:
-        """Note the arrival time of a block, to measure how late samples arrive."""
+        """Store the arrival time of a block, ``host`` (s), to measure how late samples arrive."""
         if self._transport is not None:
             self._transport.add(block, host)
 
     def begin(self, block: Block, host: float) -> None:
-        """Begin the work on a block, before the chain processes it."""
+        """Prepare for the events of a block. Call this before the chain processes the block."""
         self._thread_start = time.thread_time()
         self._block, self._host = block, host
 
     def end(self) -> None:
-        """End the work on a block, after its events."""
+        """Finish the work on a block. Call this after its events were translated."""
         self._watch_strips(self._block.end)
         self._touched.clear()
         if self._pinch is not None:
@@ -194,9 +199,9 @@ class Translator:
                 self._queued, self.poll_gap = processor_wait(), 0.0
 
     def touch(self, sample: int) -> tuple[float, float, float]:
-        """Return closing speed, m/s, its relative error, and radius, m, of a first contact.
+        """Return closing speed (m/s), its relative error, and object radius (m) at a first contact.
 
-        A speed of 0 and a radius of NaN stand for unknown.
+        The chain calls this method. A speed of 0 and a radius of NaN stand for unknown.
         """
         speed = None
         if self.predictor is not None and self.predictor.uses_speed:
@@ -207,7 +212,7 @@ class Translator:
         return speed.speed, speed.error / speed.speed, self.radius
 
     def translate(self, e: ChainEvent) -> Iterator[Event]:
-        """Yield the live events for one event that the C chain reported."""
+        """Yield the live events that follow from one event of the C chain."""
         if e.kind == EventKind.CLOSING_BEGAN:
             self._pinch = OpenClosing(e.sample, self._block.epoch, e.sample)
             self._strips.begin()
@@ -288,7 +293,10 @@ class Translator:
     def _settle(
         self, pinch: OpenClosing, last: int, complete: int, reason: str
     ) -> Estimate | NoEstimate:
-        """Return the final estimate from samples up to ``last``, or a report that there is none."""
+        """Return the final estimate from samples up to ``last``, or a report that there is none.
+
+        ``complete`` is the number of the last sample that was needed to decide this.
+        """
         final = pinch.settle(last, self.layout.rate, real_time=self.real_time)
         if self.real_time:
             pinch.queued = processor_wait() - self._queued
@@ -297,7 +305,7 @@ class Translator:
         return final or NoEstimate(pinch.contacts[0], reason, complete, pinch.epoch)
 
     def _watch_strips(self, stop: int) -> None:
-        """Process the strips' samples of this closing up to the sample number ``stop``."""
+        """Search the strips' samples for contacts, up to the sample ``stop`` of this closing."""
         pinch, block = self._pinch, self._block
         if pinch is None or pinch.epoch != block.epoch:
             return
@@ -307,7 +315,10 @@ class Translator:
             self._strips.watch(Block(data, start, block.epoch))
 
     def _ask_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the closing speed measured before a contact, or None. It may take milliseconds."""
+        """Return the closing speed that was measured just before a contact; None if unknown.
+
+        The measurement may take milliseconds.
+        """
         if self.measure_speed is None:
             return None
         host = math.nan if self._transport is None else self._transport.host_time(sample)

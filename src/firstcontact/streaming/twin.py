@@ -1,4 +1,4 @@
-"""Default model for a source: that of the package, or one trained for the twin."""
+"""Default model for a source: the package's, or for the twin one that is trained if needed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PINCHES = 60
 
 
 def default_model(source: Source) -> Model:
-    """Return the model for a source if the user names none. The source need not be open."""
+    """Return the model that is used for a source if the user names none."""
     from firstcontact.models import load_model
     from firstcontact.models.model import shipped_model
 
@@ -31,7 +31,10 @@ def default_model(source: Source) -> Model:
 
 
 def twin_model(condition: str, seed: int) -> Path:
-    """Return the folder of a model for the twin. Train one if there is none."""
+    """Return the folder of a model for the twin in this condition and with this random seed.
+
+    Train the model if the folder does not exist.
+    """
     from firstcontact.models import ESTIMATORS
     from firstcontact.twin.samples import RECIPE
 

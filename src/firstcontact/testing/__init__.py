@@ -1,4 +1,4 @@
-"""Checks that a detector, estimator, policy, hand or source behaves as the package expects."""
+"""Checks that a plug-in (detector, estimator, policy, hand, source) behaves as required."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Check that an any-time estimator behaves as the package expects."""
+"""Check of an any-time estimator, such as that of a plug-in."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def check_anytime(estimator_class: type[AnytimeEstimator]) -> None:
 
 
 def _pinches(n: int) -> Dataset:
-    """Return simulated pinches of the five blocks in turn, in four sessions."""
+    """Return ``n`` simulated pinches of five blocks in turn, spread over four sessions."""
     rig, pinches = CONDITIONS["paper-rig"], []
     for k in range(n):
         kind, session = BLOCKS[k % len(BLOCKS)], f"s{k % 4}"
@@ -78,7 +78,7 @@ def _pinches(n: int) -> Dataset:
 
 
 def _live(model: AnytimeModel, pinch: Pinch) -> list[tuple[Pinch, Estimate]]:
-    """Return (pinch, estimate) pairs from a live session of one closing."""
+    """Run a live session of one closing. Return each estimate with the pinch, as pairs."""
     pipeline = Pipeline(pinch.layout, pretrained_detector(), model, real_time=False)
     events = [*pipeline.update(Block(pinch.data, pinch.first_sample), 0.0), *pipeline.finish()]
     return [(pinch, event) for event in events if isinstance(event, Estimate)]

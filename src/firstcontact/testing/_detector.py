@@ -1,4 +1,4 @@
-"""Check that a contact detector behaves as the package expects."""
+"""Check of a contact detector, such as that of a plug-in."""
 
 from __future__ import annotations
 

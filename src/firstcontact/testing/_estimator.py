@@ -1,4 +1,4 @@
-"""Check that an estimator behaves as the package expects."""
+"""Check of an estimator that learns from windows, such as that of a plug-in."""
 
 from __future__ import annotations
 

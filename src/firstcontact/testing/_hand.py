@@ -1,4 +1,4 @@
-"""Check that a hand behaves as the package expects."""
+"""Check of a hand, such as that of a plug-in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Check that a grasp policy behaves as the package expects."""
+"""Check of a grasp policy, such as that of a plug-in."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def check_policy(policy_class: type[Policy]) -> None:
 
 
 def _settings(policy_class: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
-    """Yield the default settings, then random settings that a study can choose."""
+    """Yield arguments for a policy: none, then random values of the settings that a study tunes."""
     yield {}
     if policy_class.tunables:
         yield {name: chance.choice((*t.tried, *t.few)) for name, t in policy_class.tunables.items()}
@@ -97,7 +97,7 @@ def _leaves_nothing(policy_class: type[Policy], settings: dict[str, float], chan
 
 
 def _gentler(policy_class: type[Policy], chance: Random) -> None:
-    """Assert that a softer object or a wider interval never makes the policy firmer or faster."""
+    """Assert that a policy is never firmer or faster for a softer object or a wider interval."""
     low, high = sorted((_shore(chance), _shore(chance)))
     tight, wide = sorted((chance.uniform(0, 60), chance.uniform(0, 60)))
     value, half = _shore(chance), chance.uniform(0, 30)

@@ -1,4 +1,4 @@
-"""Check that a source behaves as the package expects."""
+"""Check of a kind of source, such as that of a plug-in."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def check_source(
 
 
 def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
-    """Return the first 0.1 s of samples from a source, or all if there are fewer."""
+    """Return the samples of the first 0.1 s from a source, or all if there are fewer."""
     layout = source.descriptor.layout
     assert not layout.fault, f"the source's layout has {layout.fault}"
     arrivals: list[Arrival] = []
@@ -76,7 +76,10 @@ def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
 
 
 def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
-    """Set a marker. Return the arrivals up to the one with it; [] for a recording."""
+    """Send a marker to a source. Return the arrivals up to the one that contains the marker.
+
+    Return [] for a recording, after checking that it refuses the marker.
+    """
     if kind.is_replay:
         for tell in (source.mark, source.order):
             with suppress(InputError):
@@ -97,7 +100,7 @@ def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> 
 
 
 def _remaining_arrivals(source: Source, patience: float) -> list[Arrival]:
-    """Return the arrivals that can still be read from a closed source."""
+    """Return the arrivals that can still be read from a source after it was closed."""
     arrivals: list[Arrival] = []
     until = time.monotonic() + patience
     with suppress(InputError):  # a closed source refuses to be read again once it gave nothing

@@ -1,4 +1,4 @@
-"""Synthetic closings and windows for the checks, and assertions that these share."""
+"""Synthetic pinches and windows for the checks, and assertions that the checks share."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
 
 
 def closings(n: int, seed: int = 0, sessions: int = 4) -> Dataset:
-    """Return ``n`` synthetic pinches with known contacts, spread evenly over the sessions."""
+    """Return ``n`` synthetic pinches with known contacts, in turn from each of the sessions."""
     return Dataset(
         tuple(closing(1000 * seed + i, session=f"s{i % sessions}") for i in range(n)), "synthetic"
     )
@@ -52,7 +52,10 @@ LEVELS = (10.0, 29.0, 60.0)
 def toy_windows(
     n: int = 180, samples: int = 74, channels: int = 1, seed: int = 0
 ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.str_]]:
-    """Return windows, and the Shore A and session of each. Each session has its own gain."""
+    """Return synthetic windows of six sessions, each of which has its own gain.
+
+    They are windows in V, shape (n, samples, channels), and the Shore A and session of each, (n,).
+    """
     rng = np.random.default_rng(seed)
     shore = rng.choice(LEVELS, n)
     session = rng.integers(0, 6, n)
@@ -67,7 +70,7 @@ def toy_windows(
 
 
 def refused(words: str, call: Callable[[], object]) -> None:
-    """Assert that a call raises an InputError that contains these words."""
+    """Assert that a call raises an InputError whose message contains ``words``."""
     message = None
     try:
         call()
@@ -78,7 +81,10 @@ def refused(words: str, call: Callable[[], object]) -> None:
 
 
 def passes_exceptions(opened: AbstractContextManager[object], what: str) -> None:
-    """Assert that the ``with`` block of a hand or a source lets an exception pass."""
+    """Assert that an exception in the ``with`` block of a hand or a source reaches the caller.
+
+    ``what`` names the hand or source in the message.
+    """
     with suppress(ZeroDivisionError):
         with opened:
             raise ZeroDivisionError

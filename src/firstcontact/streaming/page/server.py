@@ -1,4 +1,4 @@
-"""Web server of the live page: its files, and a WebSocket that updates it."""
+"""Web server of the live page: it serves the files, and updates the page by a WebSocket."""
 
 from __future__ import annotations
 
@@ -50,20 +50,24 @@ _HEAD = struct.Struct("<IId")
 
 @dataclass(frozen=True, slots=True)
 class ViewerRequest:
-    """Message from a viewer's browser; ``text`` is a marker or a shape."""
+    """Message from a viewer's browser. ``text`` is that of a marker, or a shape."""
 
     do: Literal["record", "stop", "mark", "new", "shape", "close", "open"]
     text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
 
 
 class Commands:
-    """Handler of the requests that viewers of the page send."""
+    """Handler of the requests that viewers of the page send, for example to close the hand."""
 
     def __init__(self, controls: LiveSession | None) -> None:
         self._controls = controls
 
     async def obey(self, message: str | bytes, by: str) -> dict[str, Any]:
-        """Carry out the message of viewer ``by``. Return the fields of the reply or error."""
+        """Carry out the message of the viewer ``by``. Return the fields of the reply.
+
+        ``ok`` is True if it worked, ``do`` names the request, and ``text`` is a sentence for the
+        viewer.
+        """
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         try:
             request = read_record(
@@ -120,7 +124,7 @@ class Commands:
 
 @dataclass(slots=True)
 class _Viewer:
-    """Browser that shows the page, connected by a WebSocket."""
+    """Connection to one browser that shows the page."""
 
     name: str
     connection: ServerConnection
@@ -131,13 +135,16 @@ class _Viewer:
     pinged: float = math.inf  # time of the ping without a reply; infinite if there is none
 
     async def watch(self) -> None:
-        """Raise TimeoutError once a viewer that closed the hand has sent nothing for too long."""
+        """Wait until a viewer that closed the hand has been silent too long.
+
+        Then raise TimeoutError.
+        """
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
         raise TimeoutError
 
     async def ping(self) -> None:
-        """Ping a viewer regularly, and disconnect it when it stops replying."""
+        """Ping the viewer regularly. If it stops to reply, disconnect it and raise TimeoutError."""
         while True:
             self.pinged = time.monotonic()
             try:
@@ -150,12 +157,12 @@ class _Viewer:
             await asyncio.sleep(PAUSE)
 
     def drop(self) -> None:
-        """Disconnect a silent viewer without a closing handshake, which it would not read."""
+        """Disconnect the viewer without a closing handshake, which would wait for its reply."""
         self.connection.transport.abort()
 
 
 class PageServer:
-    """Web server of the page, which serves while :meth:`run` runs."""
+    """Web server of the live page, which serves while :meth:`run` runs."""
 
     def __init__(
         self,
@@ -172,7 +179,7 @@ class PageServer:
         self._number = 0  # number of the newest viewer
 
     async def run(self, listening: socket.socket, stop: asyncio.Event) -> None:
-        """Serve until ``stop`` is set, then close the connections."""
+        """Serve the page on a socket until ``stop`` is set. Then close the connections."""
         server = serve_page(
             self._view,
             listening,
@@ -231,7 +238,7 @@ class PageServer:
             viewer.commands.gone(viewer.name)
 
     async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
-        """Carry out the requests of a viewer until it closes the socket."""
+        """Carry out the requests of one viewer until it disconnects."""
         async for message in connection:
             viewer.heard = time.monotonic()
             if message != HERE:
@@ -243,7 +250,7 @@ class PageServer:
             await asyncio.sleep(TICK)
 
     async def _tell(self, connection: ServerConnection, viewer: _Viewer) -> None:
-        """Send changed parts of the page's state to a viewer, as fast as it reads them."""
+        """Send the changed parts of the page's state to a viewer, as fast as it reads them."""
         await connection.send(f'{{"hello":{viewer.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0

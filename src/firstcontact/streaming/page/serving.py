@@ -1,4 +1,4 @@
-"""Serving of the pages: access control, static files, and response headers."""
+"""Functions that web pages share: access control, static files, and response headers."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ TYPES = {
 
 
 class NotAllowedError(Exception):
-    """Error for a refused request, with an HTTP status and one sentence."""
+    """Error for a refused request, with an HTTP status and a sentence for the user."""
 
     def __init__(self, status: HTTPStatus, sentence: str) -> None:
         super().__init__(sentence)
@@ -58,7 +58,7 @@ class NotAllowedError(Exception):
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if an address can be reached from this computer only."""
+    """Return True if an address, such as "localhost", is reachable from this computer only."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -67,7 +67,10 @@ def is_loopback(host: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Access control of the pages. Without a token, only this computer may open them."""
+    """Access control of the pages: it checks the host name, origin and token of each request.
+
+    Without a token, only this computer may open the pages.
+    """
 
     host: str
     port: int
@@ -78,11 +81,11 @@ class Guard:
 
     @property
     def cookie(self) -> str:
-        """Name of the cookie with the token. It contains the port, because cookies ignore ports."""
+        """Name of the cookie with the token. The port is in it, because cookies ignore ports."""
         return f"firstcontact-{self.port}"
 
     def url(self, token: str | None) -> str:
-        """Return the address to open in a browser, with a token if one is needed."""
+        """Return the address to open in a browser, with the token if there is one."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         if self.host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
             host = socket.gethostname()
@@ -90,7 +93,10 @@ class Guard:
         return f"http://{host}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> str | None:
-        """Return the token of a request, or None if pages need no token. Raise NotAllowedError."""
+        """Return the token of a request that is allowed, or None if pages need no token.
+
+        Raise NotAllowedError for a wrong host name, origin or token.
+        """
         served = headers.get_all("Host")
         if len(served) != 1 or not self._ours(served[0]):
             raise NotAllowedError(
@@ -158,7 +164,7 @@ def _same(given: str, token: str) -> bool:
 
 
 def load(package: str, folder: str) -> Files:
-    """Return by path the content type and bytes of the files in a folder of a package."""
+    """Return content type and bytes of each file in a folder of a package. Keys are URL paths."""
     table = {}
     for item in files(package).joinpath(folder).iterdir():
         suffix = "." + item.name.rpartition(".")[2]

@@ -1,4 +1,4 @@
-"""Sink of the live session that serves the page."""
+"""Sink of a live session that serves the live page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PageSink:
 
     The constructor opens the port, so that a busy port is reported early; 0 selects a free one. On
     other addresses than loopback, a token is generated if none is given. ``landmarks`` are the
-    values of objects on the page's scale.
+    Shore A of some objects, to mark on the page's scale.
     """
 
     name = "page"
@@ -66,7 +66,7 @@ class PageSink:
 
     @property
     def viewer_url(self) -> str | None:
-        """Address for viewers who may not control the session; None if no token is needed."""
+        """Address for viewers who may only look; None if pages need no token."""
         token = self._guard.look_token
         return None if token is None else self._guard.url(token)
 
@@ -83,7 +83,7 @@ class PageSink:
             self._state.take(update)
 
     def close(self) -> None:
-        """Notify and disconnect viewers, and release the port. A second call does nothing."""
+        """Disconnect all viewers, and release the port. A second call does nothing."""
         if self._thread is not None and self._loop is not None and self._stop is not None:
             with contextlib.suppress(RuntimeError):  # the loop ended by itself
                 self._loop.call_soon_threadsafe(self._stop.set)
@@ -117,7 +117,7 @@ def _make(session: LiveSession, options: OutputOptions) -> PageSink:
 
 
 def _landmarks(model: Model) -> dict[str, float]:
-    """Return the labels of the objects that a model was trained on, by name, for the scale."""
+    """Return the mean label of each object that a model was trained on, to mark on the scale."""
     data = model.trained_on
     if not model.predictors or model.default().quantity.name != data.target:
         return {}

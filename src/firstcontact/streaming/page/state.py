@@ -1,4 +1,4 @@
-"""State of the page, in parts that are sent separately. New viewers get all parts."""
+"""State of the live page, in parts that are sent when they change. New viewers get all parts."""
 
 from __future__ import annotations
 
@@ -53,7 +53,10 @@ FORCE_SECONDS = 0.02
 
 
 class Row(msgspec.Struct, frozen=True):
-    """Row of the page's table: a pinch, its object's name, and whether the twin lost the object."""
+    """Row of the page's table: a pinch and the name of its object.
+
+    ``lost`` states how the twin lost the object, and ``hand`` what the device itself predicted.
+    """
 
     pinch: PinchDone
     name: str = ""
@@ -62,7 +65,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 class PinchRows:
-    """Rows of the page's table for the last pinches, the newest last."""
+    """Rows of the page's table for the latest pinches, the newest last."""
 
     def __init__(self) -> None:
         self._rows: deque[Row] = deque(maxlen=ROWS)
@@ -70,7 +73,7 @@ class PinchRows:
         self._losses: deque[Marker] = deque(maxlen=ROWS)
 
     def add_marker(self, marker: Marker) -> None:
-        """Process a marker that names a pinched object, or reports that the twin lost it."""
+        """Process a marker, which may name an object or report that the twin lost it."""
         if lost_object(marker.text):
             self._losses.append(marker)
         self._names.add_markers([marker])
@@ -100,7 +103,7 @@ class PinchRows:
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """Rows of the table, with reports of the twin on lost objects."""
+        """Rows of the table, in which ``lost`` is set for objects that the twin lost."""
         rows = []
         end = (np.inf, np.inf)  # a loss after the start of the following pinch belongs to that one
         for row in reversed(self._rows):
@@ -116,14 +119,14 @@ class PinchRows:
 
 
 def brief(pinch: PinchDone) -> PinchDone:
-    """Return a pinch with only two of its estimates: the last one in time, and the final one."""
+    """Return a copy of a pinch with two estimates only: the last one in time, and the final one."""
     in_force, final = pinch.in_force, pinch.final
     estimates = tuple(e for e in (None if in_force is final else in_force, final) if e is not None)
     return msgspec.structs.replace(pinch, estimates=estimates)
 
 
 class Now(msgspec.Struct, frozen=True):
-    """Events of the current or last closing, as the page shows them."""
+    """Events of the closing in progress, or else of the last one, as the page shows them."""
 
     contact: ContactEvent | None = None
     second: float | None = None
@@ -135,7 +138,7 @@ class Now(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True, eq=False)
 class _Part:
-    """Part of the page's state as JSON, with a number that counts its changes."""
+    """Part of the page's state, its JSON text once computed, and a count of its changes."""
 
     tree: Any
     count: int
@@ -143,7 +146,7 @@ class _Part:
 
 
 class State:
-    """Current state of the page. One thread writes it, another reads it."""
+    """Current state of the live page. One thread writes it, another one reads it."""
 
     def __init__(
         self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: LiveSession | None
@@ -201,7 +204,10 @@ class State:
                 self._settle()
 
     def changed(self, seen: dict[str, int]) -> dict[str, str]:
-        """Return the JSON of the parts that changed since a viewer's last call, by name."""
+        """Return the JSON of the parts that changed since the last call for a viewer, by name.
+
+        ``seen`` holds the change counts that the viewer has got, and is updated.
+        """
         new: dict[str, str] = {}
         with self._lock:
             self._settle()
@@ -214,13 +220,13 @@ class State:
         return new
 
     def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
-        """Return minima and maxima of the plotted signals from number ``since`` on."""
+        """Return the plotted columns from number ``since`` on; see :meth:`Columns.since`."""
         with self._lock:
             self._settle()
             return self._columns.since(since)
 
     def _settle(self) -> None:
-        """Process the waiting updates in order: samples of each, then events."""
+        """Process the waiting updates in order: the samples of each update, then its events."""
         pending, self._pending = self._pending, []
         arrivals: list[Arrival] = []
         for update in pending:
@@ -265,7 +271,10 @@ class State:
             self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
-        """Return the mean force of each force cell, row by row of the 3×2 array."""
+        """Return the mean of each force cell of a finger, row by row of the 3×2 array.
+
+        The unit is that of the channel. Return [] if a value is not finite.
+        """
         ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []

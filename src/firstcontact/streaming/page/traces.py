@@ -1,4 +1,4 @@
-"""Traces of the samples: the last seconds, and a close-up around the latest first contact."""
+"""Plotted traces: the signals of the last seconds, and a close-up of the latest first contact."""
 
 from __future__ import annotations
 
@@ -24,12 +24,15 @@ HELD = 0.5
 
 
 def finger_place(finger: Finger | None) -> int:
-    """Return the index of a finger's name and colour on the page; 2 for a sensor of no finger."""
+    """Return the index of a finger's name and colour on the page; 2 for no finger."""
     return len(Finger) if finger is None else int(finger)
 
 
 class Columns:
-    """Ring buffer of plotted columns: minimum and maximum of every few samples of each signal."""
+    """Ring buffer of plotted columns, which are a pixel wide.
+
+    A column holds the minimum and the maximum of each signal over a few samples.
+    """
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -48,7 +51,7 @@ class Columns:
 
     @property
     def end(self) -> int:
-        """Number of the first incomplete column, to which samples are still added."""
+        """Number of the newest column, which is incomplete: samples are still added to it."""
         return max(self._top, 0)
 
     @property
@@ -57,7 +60,7 @@ class Columns:
         return max(0, self._top - self._size + 1)
 
     def add(self, block: Block) -> None:
-        """Add the samples of a block. Repeated samples are ignored."""
+        """Add the samples of a block. Samples that were added before are ignored."""
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             # An empty column between two epochs: nothing is joined.
@@ -89,20 +92,23 @@ class Columns:
         self._top = max(self._top, top)
 
     def place(self, sample: int, epoch: int) -> float | None:
-        """Return in which plotted column a sample lies, as a fraction; None if it is too old."""
+        """Return the position of a sample in columns, with fraction; None for an old epoch."""
         if epoch not in self._epochs:
             return None
         origin, base = self._epochs[epoch]
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Return all complete columns from number ``column`` on, and the number of the first."""
+        """Return the number of the first column and all complete columns, from ``column`` on.
+
+        The array has a row per column, with the minima and maxima of the signals.
+        """
         first = min(max(column, self.first), self.end)
         return first, self._ring[np.arange(first, self.end) % self._size]
 
 
 class Closeup:
-    """Close-up of the samples around the first contact of the latest closing."""
+    """Signals around the first contact of the latest closing, as a close-up plot."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -118,7 +124,7 @@ class Closeup:
         self._marks: list[dict[str, Any]] = []
 
     def add(self, block: Block) -> bool:
-        """Add a block. Return True if the close-up changed."""
+        """Add a block of samples. Return True if the close-up has changed."""
         self._blocks.append(block)
         self._held += len(block.data)
         while self._held - len(self._blocks[0].data) >= HELD * self._layout.rate:
@@ -126,7 +132,7 @@ class Closeup:
         return self._fill(block)
 
     def begin(self, contact: Contact, epoch: int) -> None:
-        """Show the samples around this first contact until :meth:`clear` or the next contact."""
+        """Show the samples around this first contact, until :meth:`clear` or another call."""
         self._contact, self._epoch = contact, epoch
         self._first = contact.sample - self._before
         self._trace[:] = np.nan
@@ -142,7 +148,7 @@ class Closeup:
             self._marks.append(mark)
 
     def clear(self) -> None:
-        """Show nothing until the first contact of the next closing."""
+        """Show no samples until the next call of :meth:`begin`."""
         self._contact = None
 
     def _fill(self, block: Block) -> bool:
@@ -158,7 +164,10 @@ class Closeup:
         return True
 
     def tree(self) -> dict[str, Any] | None:
-        """Return times, ms, traces and contacts for the page. Missing samples are NaN."""
+        """Return the close-up as JSON data: times (ms), traces and contacts; None if it is empty.
+
+        Missing samples are NaN.
+        """
         if self._contact is None:
             return None
         ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3

@@ -22,7 +22,7 @@ FORMAT_VERSION = 4
 
 
 class ChannelLine(msgspec.Struct, frozen=True):
-    """Description of one column of the samples, in :class:`DescriptorLine`.
+    """Column of the samples, as the first line describes it.
 
     Parameters
     ----------

@@ -129,7 +129,7 @@ def test_the_stated_error_of_a_biased_rig_includes_its_offset(
     monkeypatch.setattr(combined, "score_held_out", biased)
     made = adapt_combined(pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions)
     assert made.rmse < 0.8 * np.sqrt(np.mean(raw[0] ** 2))
-    assert any("with the change that the other blocks give" in note for note in made.notes)
+    assert any("with the correction that the other blocks give" in note for note in made.notes)
 
 
 def test_an_offset_shifts_predictions_and_comes_back_from_files(

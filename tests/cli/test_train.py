@@ -168,7 +168,7 @@ def test_every_detector_is_made_alone_and_used_beside_a_model(
 ) -> None:
     out = tmp_path / "detector"
     assert run("train", data, "--detector-type", name, "--detector-only", "--out", out) == 0
-    assert f"detector {name}: {out}" in capsys.readouterr().out
+    assert f"wrote the detector {name} to {out}" in capsys.readouterr().out
     assert load_detector(out).name == name
     assert not list(out.glob("model.json"))
     using = ("--detector", out)

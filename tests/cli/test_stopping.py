@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from firstcontact.cli import stopping as module
-from firstcontact.cli.stopping import stopping
+from firstcontact.cli.stopping import stop_on_signals
 from processes import until
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
@@ -23,7 +23,7 @@ def test_a_signal_interrupts_once_and_its_repetition_disturbs_nothing(
 ) -> None:
     previous = [signal.getsignal(n) for n in SIGNALS]
     ended = False
-    with stopping() as stop:
+    with stop_on_signals() as stop:
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(number)
         for again in SIGNALS:
@@ -36,7 +36,7 @@ def test_a_signal_interrupts_once_and_its_repetition_disturbs_nothing(
 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_loop_that_looks_is_not_interrupted(number: signal.Signals) -> None:
-    with stopping() as stop:
+    with stop_on_signals() as stop:
         stop.gently = True
         assert not stop.requested
         signal.raise_signal(number)
@@ -47,7 +47,7 @@ def test_a_loop_that_looks_is_not_interrupted(number: signal.Signals) -> None:
 def test_who_insists_cuts_a_finishing_that_hangs_short(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
-    with stopping() as stop:
+    with stop_on_signals() as stop:
         stop.gently = True
         signal.raise_signal(signal.SIGINT)
         now[0] += module.INSISTED - 0.1
@@ -68,7 +68,7 @@ def hung_up() -> Iterator[None]:
 
 @pytest.mark.usefixtures("hung_up")
 def test_what_is_ignored_stays_so() -> None:
-    with stopping() as stop:
+    with stop_on_signals() as stop:
         signal.raise_signal(signal.SIGHUP)
         assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     assert not stop.requested

@@ -66,7 +66,7 @@ def test_random_pinches_are_held_out_if_each_session_has_one_level() -> None:
     assert made.scores == adapt_network(BASE, touches, shore_a).scores
     assert made.split
     shuffled = np.random.default_rng(0).permutation(shore_a)
-    assert adapt_network(BASE, touches, shuffled, shuffled.astype(str)).refusal
+    assert adapt_network(BASE, touches, shuffled, shuffled.astype(str)).why_useless
 
 
 def test_one_level_or_three_pinches_are_too_few() -> None:
@@ -82,11 +82,11 @@ def test_one_level_or_three_pinches_are_too_few() -> None:
 
 def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
     touches, shore_a, sessions = ringing(120)
-    assert not adapt_network(BASE, touches, shore_a, sessions).refusal
+    assert not adapt_network(BASE, touches, shore_a, sessions).why_useless
     shuffled = np.random.default_rng(0).permutation(shore_a)
     made = adapt_network(BASE, touches, shuffled, sessions)
     assert made.scores[made.model.kind] > made.mean_rmse
-    assert f"{made.mean_rmse:.1f}" in made.refusal
+    assert f"{made.mean_rmse:.1f}" in made.why_useless
 
 
 def coverage(model: RigModel, touches: Touches, truth: np.ndarray) -> np.ndarray:

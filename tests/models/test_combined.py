@@ -199,10 +199,10 @@ def test_the_network_alone_keeps_the_widths_of_its_own_intervals(labelled: Label
 
 
 def test_the_mixture_and_the_network_must_both_be_of_use(adapted: Adapted) -> None:
-    assert not adapted.refusal
+    assert not adapted.why_useless
     for name in ("combined", "network"):
         worse = {**adapted.scores, name: adapted.mean_rmse + 1}
-        assert replace(adapted, scores=worse).refusal
+        assert replace(adapted, scores=worse).why_useless
 
 
 def test_a_network_that_scored_better_is_named(

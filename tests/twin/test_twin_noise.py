@@ -5,7 +5,13 @@ import pytest
 from scipy import signal
 
 from firstcontact.core.installation import load_compiled
-from firstcontact.twin.noise import RUBBING, RUBBING_BAND, MotorNoise, phalanx_force, pickup
+from firstcontact.twin.noise import (
+    RUBBING,
+    RUBBING_BAND,
+    MotorNoise,
+    electrical_noise,
+    phalanx_force,
+)
 
 RATE = 19_744.0
 QUIET = replace(MotorNoise(), rotor=0.0, mesh=0.0, friction=0.0, mains=0.0, click_rate=0.0)
@@ -60,6 +66,6 @@ def test_mains_appears_as_torque_and_pickup(mains: float) -> None:
     noise = replace(QUIET, mains=0.02, mains_rate=mains, electronics=0.0)
     assert level(series(noise), 2 * mains) == pytest.approx(0.02, rel=0.05)
     angle = 2 * np.pi * mains * np.arange(round(4 * RATE)) / RATE
-    hum, sheet = pickup(noise, 0.004, angle, np.random.default_rng(1))
+    hum, sheet = electrical_noise(noise, 0.004, angle, np.random.default_rng(1))
     assert level(hum, mains) == pytest.approx(noise.hum, rel=0.05)
     assert sheet.std() == pytest.approx(0.004, rel=0.02)

@@ -25,7 +25,10 @@ _lines: deque[str] = deque(maxlen=200)
 
 
 class _Handler(logging.Handler):
-    """Log handler that stores each record as a line of text, and prints important ones."""
+    """Log handler that stores each record as a line of text.
+
+    It also prints records of at least the level ``level_shown`` to standard error.
+    """
 
     def __init__(self, level_shown: int) -> None:
         super().__init__()

@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import Any
 
 from firstcontact.cli.output import Output, outputs
-from firstcontact.cli.stopping import Stop, stopping
+from firstcontact.cli.stopping import Stop, stop_on_signals
 from firstcontact.cli.verbs import configuration, overview
 from firstcontact.core import ArgumentError, InputError
 from firstcontact.core.text import one_line, summarize_error
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if verbose:
         arguments.remove(VERBOSE)
     # Live ends when its output is closed; other verbs finish their work.
-    with outputs(raises=arguments[:1] == ["live"]) as (out, _), stopping() as stop:
+    with outputs(raises=arguments[:1] == ["live"]) as (out, _), stop_on_signals() as stop:
         code = _run(arguments, stop, verbose)
         out.flush()
         return code or _output_code(out)
@@ -72,9 +72,10 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
 
 
 def _parse(arguments: list[str]) -> Any:
-    """Return a command with the options that were given, or None after ``--help``.
+    """Return the command that the arguments name, as an instance of its dataclass.
 
-    ``--version`` gives None, too. Raise InputError for wrong arguments.
+    Return None after ``--help`` and ``--version``, which print their text. Raise InputError for
+    wrong arguments.
     """
     width = shutil.get_terminal_size().columns
     if not arguments:
@@ -96,7 +97,7 @@ def _parse(arguments: list[str]) -> Any:
 
 
 def _with_option(error: InputError, verb: Any) -> str:
-    """Return an error's message that starts with the wrong option, if there is one."""
+    """Return the message of an error. It starts with the wrong option or path, if one is known."""
     if not error.parameter or verb is None:
         return str(error)
     field = getattr(verb, "options", {}).get(error.parameter, error.parameter)
@@ -113,7 +114,10 @@ def _failed(code: int, sentence: str) -> int:
 
 
 def _output_code(out: Output) -> int:
-    """Return the exit code: 2 if printed text was lost, else 0."""
+    """Return exit code 2, and print the reason, if standard output could not be written.
+
+    Return 0 otherwise, also if the program that reads standard output has closed it.
+    """
     if out.failed is None or out.gone:
         return DONE
     return _failed(INPUT, f"standard output: {out.failed.strerror}: the output is incomplete")

@@ -179,7 +179,7 @@ def devices(recorded: bool = True, more: str = "") -> Option:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argument parser that raises errors instead of ending the process."""
+    """Argument parser that raises ArgumentError instead of ending the process."""
 
     def error(self, message: str) -> NoReturn:
         sentence = message.removeprefix("argument ")
@@ -187,7 +187,11 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
-    """Return the parser of a command. With ``every``, its help lists advanced options, too."""
+    """Return the parser for the options of a command, which is the dataclass ``verb``.
+
+    With ``every``, its help lists advanced options, too. ``prog`` is the command as typed, for the
+    help.
+    """
     arguments = verb_arguments(verb)
     width = shutil.get_terminal_size().columns - 2
     # Positional arguments first, then the required options.
@@ -217,7 +221,10 @@ def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return the docstring of each field of a command's class; {} without source code."""
+    """Return the docstring of each field of a command's class, by the field's name.
+
+    Return {} if Python cannot read the source code of the class.
+    """
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

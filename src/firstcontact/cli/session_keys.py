@@ -34,7 +34,7 @@ def session_keys(session: LiveSession) -> Iterator[None]:
         yield
         return
     ending, end = os.pipe()
-    terminal_state = _keys_at_once(number)
+    terminal_state = _disable_line_input(number)
     by = "keyboard" if terminal_state else "standard input"
     if terminal_state and session.hand_asks():
         _say("keys: C closes the hand, any other key opens it")
@@ -65,13 +65,13 @@ def _standard_input() -> int | None:
         return None
 
 
-def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key immediately. Return its former settings.
+def _disable_line_input(number: int) -> list[Any] | None:
+    """Let a terminal deliver each key at once, without Enter. Return its former settings.
 
-    ``number`` is its file descriptor. Return None, and change nothing, if it is no terminal of
-    ours.
+    ``number`` is a file descriptor. If it is not a terminal, or this program is not in the
+    foreground, change nothing and return None.
     """
-    if not (os.isatty(number) and _ours(number)):
+    if not (os.isatty(number) and _is_in_foreground(number)):
         return None
     try:
         terminal_state = termios.tcgetattr(number)
@@ -81,8 +81,11 @@ def _keys_at_once(number: int) -> list[Any] | None:
     return terminal_state
 
 
-def _ours(number: int) -> bool:
-    """Return True if this program is in the foreground of a terminal, given its file descriptor."""
+def _is_in_foreground(number: int) -> bool:
+    """Return True if this program is in the foreground of a terminal.
+
+    ``number`` is the terminal's file descriptor.
+    """
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:
@@ -93,7 +96,7 @@ def _listen(session: LiveSession, number: int, ending: int, keys: bool, by: str)
     part = b""
     terminal = os.isatty(number)
     while True:
-        if terminal and not _ours(number):
+        if terminal and not _is_in_foreground(number):
             if select.select([ending], [], [], AGAIN)[0]:
                 return
             continue

@@ -16,7 +16,7 @@ INSISTED = 5.0
 
 
 class Stop:
-    """Request to stop the program, which a signal such as Ctrl-C makes."""
+    """Request to stop the program. A signal such as Ctrl-C sets it."""
 
     def __init__(self) -> None:
         self.signal: signal.Signals | None = None
@@ -47,8 +47,8 @@ _installed: list[Stop] = []
 
 
 @contextmanager
-def stopping() -> Iterator[Stop]:
-    """Yield a :class:`Stop` that gets the signals in :data:`SIGNALS` within the ``with`` block."""
+def stop_on_signals() -> Iterator[Stop]:
+    """Yield a request to stop, which the signals in :data:`SIGNALS` set in the ``with`` block."""
     if _installed:
         yield _installed[-1]
         return

@@ -63,7 +63,7 @@ class Grip:
 
         It is force / indentation^1.5 (Hertz).
         """
-        young = gent_modulus(_within(shore_a))
+        young = gent_modulus(_clip_shore_a(shore_a))
         modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
         return hertz_stiffness(modulus, self.tip_radius)
 
@@ -73,18 +73,18 @@ class Grip:
         return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:
-        """Return the grip force for this Shore A, N: it dents pad and object together by ``dent``.
+        """Return the grip force, N, that dents pad and object together by ``dent``.
 
-        The force stays within ``margins`` and below ``force``.
+        The force is clipped to ``margins`` times :attr:`holding`, and is at most ``force``.
         """
         low, high = (m * self.holding for m in self.margins)
         force: float = self.stiffness(shore_a) * self.dent**1.5
         return min(max(force, low), high, self.force)
 
     def speed_for(self, shore_a: float) -> float:
-        """Return the closing speed for this Shore A, m/s: its impact dents by ``dent``.
+        """Return the closing speed, m/s, at which the impact dents pad and object by ``dent``.
 
-        It is at most ``speed``.
+        The speed is at most ``speed``.
         """
         # Hertz's theory of impact: m v^2 / 2 = (2/5) K dent^2.5
         speed: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
@@ -95,7 +95,7 @@ class Grip:
         return Command(self.speed_for(shore_a), self.force_for(shore_a))
 
     def pressing(self, force: float) -> Command:
-        """Return the slowest command that builds the grip force ``force``, N.
+        """Return the slowest command with which a stalled drive builds the grip force ``force``, N.
 
         Send it once both fingers touch.
         """
@@ -113,6 +113,6 @@ class Grip:
         return self.command_for(0.0)
 
 
-def _within(shore_a: float) -> float:
-    """Return a Shore A clipped to the range from 0 to 99. NaN becomes 0."""
+def _clip_shore_a(shore_a: float) -> float:
+    """Return a Shore A clipped to the range from 0 to 99. NaN and infinity become 0."""
     return min(max(shore_a, 0.0), 99.0) if isfinite(shore_a) else 0.0

@@ -214,7 +214,7 @@ class SafeHand(Hand):
         if self._closed or self._thread is not None:
             raise HandError(f"the hand {self.name!r} can be opened only once: make a new one")
         # A program with its own signal handlers leaves its ``with`` blocks by itself.
-        self._leaving.take()
+        self._leaving.install()
         try:
             self._hand.__enter__()
             atexit.register(self.close)
@@ -235,7 +235,7 @@ class SafeHand(Hand):
             self._hand.close()
 
     def _let_go(self) -> None:
-        """Open the hand from the watchdog thread, because the program was silent."""
+        """Let the watchdog thread open the hand now. Signal handlers call this method."""
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()
@@ -261,7 +261,7 @@ class SafeHand(Hand):
             )
 
     def _do(self, act: Callable[[], None]) -> None:
-        """Call ``act``, which calls a method of the hand. If it fails, open the hand."""
+        """Call ``act``, which uses a method of the hand. If this fails, open the hand and raise."""
         with self._change:
             self._check()
             if not self._attempt(act):
@@ -269,7 +269,10 @@ class SafeHand(Hand):
                 self._check()
 
     def _read(self, read: Callable[[], None]) -> None:
-        """Call ``read``, which calls a reading method of the hand, while other methods may run."""
+        """Call ``read``, which reads from the hand. Other methods may run at the same time.
+
+        If this fails, open the hand and raise HandError.
+        """
         if self._driver is None:
             self._do(read)
             return
@@ -288,9 +291,10 @@ class SafeHand(Hand):
             self._change.notify()
 
     def _attempt(self, act: Callable[[], None], seconds: float = STUCK) -> bool:
-        """Call ``act``, which calls a method of the hand.
+        """Call ``act``, which uses a method of the hand. Return True if it succeeded.
 
-        Store its error, and return False after one.
+        Otherwise store its error as the hand's failure, and return False. A call that has not
+        returned after ``seconds`` s counts as failed.
         """
         call = call_directly if self._driver is None else self._driver.call
         error = call(act, seconds)
@@ -303,7 +307,7 @@ class SafeHand(Hand):
         return False
 
     def _act(self) -> None:
-        """Carry out the action that the pacer has due: send a command, or open the hand."""
+        """Send a command or open the hand, if one of these is due now."""
         if self._release_requested:
             self._release_requested = False
             self._release()
@@ -342,11 +346,11 @@ class DriverThread:
         self._newest: Future[None] | None = None
 
     def call(self, act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
-        """Call ``act`` in the thread. Return its error, None without one.
+        """Call ``act`` in the thread. Return the error that it raised, None without one.
 
-        Return HandError if ``act`` has not ended after ``seconds`` s. If an earlier call still
-        blocks, return it at once for all ``seconds`` up to ``RELEASED``. ``act`` is then called
-        once the earlier call ends.
+        Return HandError if ``act`` has not ended after ``seconds`` s. It then continues to run. If
+        an earlier call still blocks, return HandError without waiting, unless ``seconds`` is above
+        ``RELEASED``. The thread calls ``act`` once the earlier call ends.
         """
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="hand driver", daemon=True)
@@ -363,7 +367,7 @@ class DriverThread:
         return done.exception()
 
     def end(self) -> None:
-        """Stop the thread after the calls that it was given."""
+        """Stop the thread after the calls that are queued."""
         self._calls.put(None)
 
     def _run(self) -> None:
@@ -378,9 +382,10 @@ class DriverThread:
 
 
 def call_directly(act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
-    """Call ``act`` in this thread. Return its error, None without one. Interrupts are raised.
+    """Call ``act`` in this thread. Return the error that it raised, None without one.
 
-    Use it in place of :meth:`DriverThread.call`. ``seconds`` has no effect.
+    In the main thread, interrupts such as Ctrl-C are raised. The function replaces
+    :meth:`DriverThread.call` for hands without such a thread. ``seconds`` has no effect.
     """
     try:
         act()

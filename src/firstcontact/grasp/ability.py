@@ -196,7 +196,10 @@ class AbilityHand(Hand):
             self._ready.set()
 
     def _drive(self, client: Any) -> None:
-        """Send target angles and read the hand's reports, until the hand is closed."""
+        """Send target angles and read the hand's reports, until :meth:`close` is called.
+
+        Then open the hand. Return once it reports that it is open, or after :data:`OPENING` s.
+        """
         fingers: Fingers | None = None
         targets, self._unloaded = list[float](), []
         now = moved = answered = time.monotonic()
@@ -231,9 +234,10 @@ class AbilityHand(Hand):
             client.send_command()
 
     def _next_step(self, last: float) -> tuple[float, Command | None, bool]:
-        """Wait for the next step of the drive loop, at a fixed time after the ``last`` one, s.
+        """Wait for the next step of the drive loop. ``last`` is the time of the last step, s.
 
-        Return the time of the step, s, the command to follow, and True if the port must be closed.
+        Return the time of this step, s, the command to follow (None to open the hand), and True if
+        :meth:`close` was called.
         """
         with self._change:
             self._change.wait(max(last + 1 / self.limits.rate - time.monotonic(), 0.0))
@@ -243,9 +247,9 @@ class AbilityHand(Hand):
             return now, self._command, self._closing
 
     def _take_report(self, hand: Any, now: float) -> Felt:
-        """Store the hand's report and return it.
+        """Store the newest report of the hand, which came at the time ``now``, s. Return it.
 
-        Forces are relative to those of the first report.
+        The forces are relative to those of the first report.
         """
         touch = hand.get_fsr() or []
         self._unloaded = self._unloaded or touch

@@ -32,7 +32,7 @@ _importing = threading.Lock()
 
 
 class _UnansweredError(Exception):
-    """Error for a port on which no hand answers, raised in place of an exit of the process."""
+    """Error raised if no hand answers on the port. The hand's package would end the process."""
 
 
 def _unanswered(code: object = None) -> None:

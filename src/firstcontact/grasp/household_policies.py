@@ -61,13 +61,13 @@ class FinalForce(Policy):
         return Command(min(SLOW, grip.speed), min(grip.searching, grip.force))
 
     @property
-    def begun(self) -> Command:
+    def first_command(self) -> Command:
         grip = self.grip
         return Command(min(self.approach, grip.speed), min(grip.searching, grip.force))
 
     def begin(self) -> Command:
         self.both = False
-        return self.begun
+        return self.first_command
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
         return self.slow if first else self._press()
@@ -203,7 +203,7 @@ class Reflex(FinalForce):
         if not self._slips:
             return command
         harder = self.grip.pressing(command.force * self.boost**self._slips)
-        return Command(max(harder.speed, self.begun.speed), harder.force)
+        return Command(max(harder.speed, self.first_command.speed), harder.force)
 
     def slipped(self) -> Command | None:
         if not self.both:

@@ -25,7 +25,7 @@ class Leaving:
         self._at: float | None = None  # time of the signal whose exception is being handled
         self._waiting: list[int] | None = None  # signals deferred until the block ends
 
-    def take(self) -> None:
+    def install(self) -> None:
         """Install the handlers, for those signals that the program does not handle itself."""
         if threading.current_thread() is not threading.main_thread():
             return

@@ -191,7 +191,8 @@ class GraspLoop:
     def _ask(self, method: Callable[..., Command | None], *arguments: object) -> Command | None:
         """Call a method of the policy, and return its command.
 
-        Raise InputError with the policy's name if the method fails or returns something else.
+        Raise InputError with the policy's name if the method fails, or returns neither a command
+        nor None.
         """
         name = self.policy.name
         try:
@@ -209,9 +210,9 @@ class GraspLoop:
         return command
 
     def _forward(self, command: Command | None) -> bool:
-        """Send a policy's command unless it equals the last one.
+        """Send a policy's command, unless it is None or equals the last one.
 
-        Return False if it was not sent.
+        Return False if the hand could not accept the command, else True.
         """
         if command is None or command == self._last:
             return True

@@ -48,13 +48,13 @@ class FirstContact(Policy):
         return self.grip.gentle if first else None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        return self._cautious(estimate)
+        return self._command_for_lower_end(estimate)
 
     def late(self) -> Command | None:
         return self.grip.gentle
 
-    def _cautious(self, estimate: Estimate) -> Command:
-        """Return the command for the lower end of the estimate's interval."""
+    def _command_for_lower_end(self, estimate: Estimate) -> Command:
+        """Return the command for the softest object in the estimate's interval."""
         return self.grip.command_for(min(estimate.low, estimate.value))
 
 
@@ -81,4 +81,4 @@ class EarlyExit(FirstContact):
         if self._acted or not (is_precise or is_last):
             return None
         self._acted = True
-        return self._cautious(estimate)
+        return self._command_for_lower_end(estimate)

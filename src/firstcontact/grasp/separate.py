@@ -155,9 +155,9 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} has ended") from error
 
     def _read_answer(self, child: Child, timeout: float) -> str:
-        """Return the text after "done" in the next answer of the process.
+        """Return the next answer of the process, without its first word "done".
 
-        Raise HandError after ``timeout`` s.
+        Raise HandError if the answer is an error, or if there is none after ``timeout`` s.
         """
         word, _, detail = child.answer(timeout).partition(" ")
         self._unanswered.popleft()
@@ -167,9 +167,10 @@ class SeparateHand(Hand):
 
 
 def _serve(hand: Hand, silence: float, out: int) -> None:
-    """Carry out the orders that standard input holds for a hand, until the input ends.
+    """Carry out the orders for a hand that arrive on standard input, until the input ends.
 
-    Answers go to the file descriptor ``out``. ``silence`` is the limit of :class:`SafeHand`, s.
+    Write one answer per order to the file descriptor ``out``. Release the hand after ``silence`` s
+    without an order.
     """
     part = b""
     while True:

@@ -1,4 +1,4 @@
-"""Simulation of one pinch in pieces, so that commands can change its course."""
+"""Simulation of one pinch in short pieces of time, so that commands can change its course."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class PinchRun:
 
     @property
     def speed(self) -> float:
-        """Mean speed that both drives aim at, m/s. Negative values open the hand."""
+        """Closing speed that the drives aim at, m/s: mean of both fingers. Negative values open."""
         return self._reference.speed(self.done - 1)
 
     @speed.setter
@@ -118,7 +118,7 @@ class PinchRun:
 
     @property
     def loudness(self) -> float:
-        """Loudness of the motor before the first order, as a share of the full strength."""
+        """Loudness of the motor until the first order takes effect; 1 is its full strength."""
         return self._noise.loudness
 
     @loudness.setter
@@ -141,14 +141,17 @@ class PinchRun:
         return not math.isnan(index), not math.isnan(thumb)
 
     def order(self, command: Command | None, effect: int) -> None:
-        """Queue an order that takes effect at the sample ``effect``: a command, or None to open."""
+        """Queue an order that takes effect at the sample number ``effect``.
+
+        The order is a command, or None to open the hand.
+        """
         clipped = None if command is None else self._drive.clipped(command)
         self._orders.append((max(effect, self.done - 1), clipped))
 
     def withdraw(self) -> int:
-        """Cancel all orders, also the current one.
+        """Cancel all orders. The drives keep the speed that they aim at now.
 
-        Return the number of commands that still waited.
+        Return the number of commands that had not taken effect yet.
         """
         waiting = sum(command is not None for _, command in self._orders)
         self._orders.clear()
@@ -227,7 +230,8 @@ class PinchRun:
     def _place(self, begin: int) -> None:
         """Place the object so that each finger touches it at the drawn time.
 
-        The places come from simulated copies of this pinch. ``begin`` is the first sample.
+        The places come from a simulation of the approach at the drawn speed, from the sample number
+        ``begin`` on.
         """
         if not self._damped:
             # An undamped drive still oscillates, so the calm time begins only now.
@@ -249,14 +253,17 @@ class PinchRun:
 
 
 def whole_motions(runs: Sequence[PinchRun]) -> list[NDArray[np.float64]]:
-    """Return the complete motion of each simulated pinch. No pinch may have begun."""
+    """Simulate pinches from start to end. Return the motion of each, shape (samples, 2, OUTPUTS).
+
+    No sample of these runs may have been simulated before.
+    """
     pieces = [run._piece(0, run.times.size) for run in runs]
     taken = integrate_all(pieces)
     return [run._keep(0, piece, n) for run, piece, n in zip(runs, pieces, taken, strict=True)]
 
 
 class Approach:
-    """Times at which both fingers will touch, s. Each finger has a fixed distance to close."""
+    """Predicted contact times of both fingers, s. Each finger has a fixed distance to travel."""
 
     def __init__(self, timing: Timing, begin: float, nominal: float, speed: float) -> None:
         first, second, first_is_index = timing
@@ -266,9 +273,10 @@ class Approach:
         self._since = 0.0
 
     def turn(self, old: float, new: float, now: float, touching: NDArray[np.bool_]) -> None:
-        """Move the contact times, because the closing speed changes at ``now``, s.
+        """Update the contact times after the closing speed changed from ``old`` to ``new``, m/s.
 
-        It changes from ``old`` to ``new``, m/s. Fingers in ``touching`` keep their times.
+        ``now`` is the time of the change, s. Fingers for which ``touching`` is True keep their
+        times.
         """
         self._distance_left -= old * (now - self._since)
         self._since = now

@@ -44,13 +44,16 @@ SETTLE = 0.15
 PIECE = 25
 
 
-def pieces(duration: float) -> int:
-    """Return the number of simulated pieces that last about ``duration`` s."""
+def piece_count(duration: float) -> int:
+    """Return the number of pieces of :data:`PIECE` samples that last about ``duration`` s."""
     return round(duration * FINGERTIP_RATE / PIECE)
 
 
 def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Yield the motion of the fingers while the hand closes, and then holds for ``hold`` s."""
+    """Yield the motion of the fingers while the hand closes, and then holds for ``hold`` s.
+
+    Each array has the shape (samples, 2, OUTPUTS). A release of the hand ends the closing earlier.
+    """
     for motion in _squeeze(run, hold):
         yield motion
         if run.released:
@@ -58,7 +61,10 @@ def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
-    """Yield the motion of the fingers while the hand opens, until both are free and at rest."""
+    """Yield the motion of the fingers while the hand opens, until both are free and at rest.
+
+    Each array has the shape (samples, 2, OUTPUTS).
+    """
     yield from _ramp(run, -run.nominal_speed)
     while True:
         motion = _piece(run)
@@ -66,7 +72,7 @@ def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
         if (motion[-1, :, INDENTATION] < -APART).all():
             break
     yield from _ramp(run, 0.0)
-    for _ in range(pieces(SETTLE)):
+    for _ in range(piece_count(SETTLE)):
         yield _piece(run)
 
 
@@ -76,7 +82,7 @@ def _squeeze(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
         yield _piece(run)
     # A stalled drive pushes with its gain times the reference speed.
     yield from _ramp(run, GRIP / FingerParameters().speed_gain)
-    for _ in range(pieces(hold)):
+    for _ in range(piece_count(hold)):
         yield _piece(run)
 
 
@@ -91,10 +97,10 @@ def _squeezed(run: PinchRun) -> bool:
 def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
     """Yield the motion of the fingers while their speed changes to ``speed``, m/s.
 
-    A command ends this earlier.
+    End before that if a command takes effect.
     """
     begin = run.speed
-    steps = pieces(RAMP)
+    steps = piece_count(RAMP)
     for k in range(steps):
         if run.commanded:
             return
@@ -104,7 +110,10 @@ def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
 
 
 def _piece(run: PinchRun) -> NDArray[np.float64]:
-    """Return the motion of the fingers in the next short piece, with the motor's noise."""
+    """Simulate the next samples with the noise of the motor, which is louder at higher speed.
+
+    Return the motion of the fingers, shape (PIECE, 2, OUTPUTS).
+    """
     run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
     return run.advance(PIECE)
 
@@ -130,7 +139,12 @@ Thing = TwinObject | HouseholdObject
 
 @dataclass(frozen=True, slots=True)
 class StreamPinch:
-    """Pinch in the endless stream of a simulated hand: label, true contacts and outcome."""
+    """Pinch in the endless stream of a simulated hand: label, true contacts and outcome.
+
+    ``start`` and ``end`` are sample numbers, ``peak`` is the highest grip force, N. ``lost`` is
+    "broken" or "dropped", or None if the hand kept the object. Until the hand opens, ``end`` and
+    ``peak`` are None.
+    """
 
     start: int
     label: Label
@@ -283,11 +297,11 @@ class TwinStream(ScanStream):
         return scans
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
-        """Yield the motion of the fingers without end, in pieces of :meth:`PinchRun.advance`."""
+        """Yield the motion of the fingers without end, shape (samples, 2, OUTPUTS) each."""
         was_requested = False
         while True:
             rest = self._rng.uniform(*REST)
-            for _ in range(pieces(LONG_REST if was_requested else rest)):
+            for _ in range(piece_count(LONG_REST if was_requested else rest)):
                 if self._is_requested:
                     break
                 yield np.zeros((PIECE, 2, OUTPUTS))
@@ -295,7 +309,7 @@ class TwinStream(ScanStream):
             coming = self._next()
             key = f"{coming.label.specimen} {coming.number}"
             draw = draw_pinch(self._seed, self._condition, SESSION, coming.specimen, key)
-            self._tips.take(draw)
+            self._tips.use_draw(draw)
             self.positions.zero()  # the fingers are farther apart than they opened
             self.pinches.append(StreamPinch(self._tips.sample, coming.label))
             lead = round(LEAD * FINGERTIP_RATE)
@@ -305,7 +319,10 @@ class TwinStream(ScanStream):
             yield from self._pinch(run, coming.specimen)
 
     def _pinch(self, run: PinchRun, held_object: TwinObject) -> Iterator[NDArray[np.float64]]:
-        """Yield the motion of the fingers while they pinch ``held_object``, from rest to rest."""
+        """Yield the motion of the fingers while they close on ``held_object``, hold it, and open.
+
+        The outcome of the pinch is stored before the hand opens.
+        """
         self._run = run
         peak = 0.0
         parts = []
@@ -342,7 +359,7 @@ class TwinStream(ScanStream):
         return PlannedPinch(one, label, number)
 
     def _add_contacts(self, first: int, scans: NDArray[np.uint16]) -> None:
-        """Add the contacts that the strips show in ``scans`` to the newest pinch.
+        """Add the contacts that the copper strips show in ``scans`` to the newest pinch.
 
         ``first`` is the number of the first scan.
         """
@@ -354,7 +371,10 @@ class TwinStream(ScanStream):
 
 
 def _dropped(forces: NDArray[np.float64], held_object: TwinObject) -> str | None:
-    """Return "dropped" if a lifted object would slip from these grip forces, else None."""
+    """Return "dropped" if the hand would lose the object during a lift, else None.
+
+    ``forces`` are the contact forces of both fingers, N, shape (samples, 2).
+    """
     touched = np.flatnonzero((forces > 0).any(axis=1))
     if not touched.size:
         return None

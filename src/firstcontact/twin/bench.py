@@ -47,7 +47,7 @@ Motion = NDArray[np.float64]
 
 
 class Tester:
-    """Simulated person who tests fingertips: strength, tool and habits, all assumed."""
+    """Simulated person who tests fingertips. Strength, tool and habits are assumptions."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -64,7 +64,7 @@ class Tester:
         )  # fmt: skip
 
     def taps(self) -> Iterator[tuple[float, float]]:
-        """Yield (wait, speed) of each tap: the time before it, s, and the tool's speed, m/s."""
+        """Yield each tap as a pair: time before the tap, s, and speed of the tool, m/s."""
         yield float(self._rng.uniform(0.5, 1.5)), self._tap_speed()
         while True:
             if self._rng.random() < self.doubles:
@@ -74,7 +74,8 @@ class Tester:
     def presses(self) -> Iterator[tuple[float, float, NDArray[np.float64]]]:
         """Yield (wait, force, shares) of presses on the six places of a pad.
 
-        They are the time before the press, s, the force, N, and the share of each force cell.
+        ``wait`` is the time before the press, s, and ``force`` is in N. ``shares`` holds the share
+        of the force on each force cell, shape (6,).
         """
         for taxel in self._rng.permutation(TAXELS):
             if self._rng.random() < MISSED:
@@ -143,13 +144,16 @@ class BenchStream(ScanStream):
         motion[..., INDENTATION] = -1.0  # there are no strips
         scans = self._tips.read(motion)
         for f in map(int, np.flatnonzero((bench.array != np.eye(TAXELS)).any(axis=(1, 2)))):
-            scans[:, 2 + f] = self._array(scans[:, 2 + f], first, f)
+            scans[:, 2 + f] = self._faulty_readings(scans[:, 2 + f], first, f)
         return scans[:, [1, 0, 3, 2, 5, 4]] if bench.swapped else scans
 
-    def _array(self, counts: NDArray[np.uint16], first: int, finger: int) -> NDArray[np.uint16]:
-        """Return a force array's readings after the fault: rows or columns are cut or connected.
+    def _faulty_readings(
+        self, counts: NDArray[np.uint16], first: int, finger: int
+    ) -> NDArray[np.uint16]:
+        """Return the readings of a force array whose rows or columns are cut or connected.
 
-        ``counts`` are the healthy readings, of which ``first`` is the number of the first one.
+        ``counts`` are the readings of the same array without the fault. ``first`` is the number of
+        their first sample.
         """
         taxel = (first + np.arange(len(counts))) % TAXELS
         # The newest reading of each taxel, up to each sample.
@@ -161,7 +165,7 @@ class BenchStream(ScanStream):
         return np.asarray(np.rint(mixed), np.uint16)
 
     def _move(self) -> Iterator[Motion]:
-        """Yield the motion of both fingertips without end, as the current task requires."""
+        """Yield the motion of both fingertips without end, as the person's task requires."""
         if self._task is not None and self._task[0] in ("tap", "corners"):
             task, finger = self._task
             place = self.bench.corners[finger] if task == "corners" else 1.0
@@ -197,9 +201,9 @@ class BenchStream(ScanStream):
         return motion
 
     def _tap(self, finger: Finger, speed: float) -> Motion:
-        """Return the motion after a tool strikes a pad at ``speed`` m/s.
+        """Return the motion of both fingertips after a tool strikes one pad at ``speed`` m/s.
 
-        The other finger shakes a little, too.
+        The other fingertip shakes a little, too.
         """
         towards = -1.0 if finger is Finger.INDEX else 1.0
         state = np.zeros(STATES)

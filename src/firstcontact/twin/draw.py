@@ -37,7 +37,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Spread of all parameters of the simulated hand under a name such as "paper-rig"."""
+    """Named condition of the simulated hand, such as "paper-rig": the spread of its parameters."""
 
     name: str
     speed: Spread
@@ -160,9 +160,9 @@ class PinchDraw:
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """Return the random generator of a key, such as a session.
+    """Return a random generator that depends only on ``seed`` and ``key``.
 
-    The same seed and key give the same random numbers.
+    The key names a hand, specimen, session or pinch.
     """
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])

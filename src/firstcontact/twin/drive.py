@@ -57,7 +57,7 @@ class Drive:
 
 
 class DriveReference:
-    """Speed that both drives aim at. It is steady, or changes towards a commanded speed."""
+    """Speed that both drives aim at. It is constant, or changes towards a commanded speed."""
 
     def __init__(self, drive: Drive, speed: float) -> None:
         self._drive = drive
@@ -131,6 +131,9 @@ class Positions:
         return closing_speed(np.array(samples) / FINGERTIP_RATE, positions, sample / FINGERTIP_RATE)
 
     def since(self, time: float) -> list[tuple[float, float]]:
-        """Return the pairs (time, position) after ``time``, in s on the samples' clock and in m."""
+        """Return the positions measured after ``time``, s, as pairs (time, position).
+
+        Times are in s on the clock of the samples, positions in m.
+        """
         timed = ((sample / FINGERTIP_RATE, position) for sample, position in self._samples)
         return [(at, position) for at, position in timed if at > time]

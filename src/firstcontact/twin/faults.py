@@ -105,12 +105,15 @@ def _rattle(bench: Bench, finger: int, rng: np.random.Generator) -> Bench:
     return replace(bench, fingers=(fingers[0], fingers[1]))
 
 
-def _lines(bench: Bench, finger: int, rng: np.random.Generator, axis: int, *, short: bool) -> Bench:
-    """Cut a random line of a finger's force array, or with ``short`` connect it with another.
+def _with_faulty_line(
+    bench: Bench, finger: int, rng: np.random.Generator, axis: int, *, short: bool
+) -> Bench:
+    """Return the fingertips with one broken line in the force array of ``finger``.
 
-    A line is a row (``axis`` 0) or a column. Undriven rows are at ground. So a driven row that is
-    connected with another gets half of the supply, and two connected columns have their dividers in
-    parallel: both read the mean.
+    A line is a row (``axis`` 0) or a column (``axis`` 1). A random line is cut or, with ``short``,
+    connected with another one. Undriven rows are at ground. So a driven row that is connected with
+    another gets half of the supply, and two connected columns have their dividers in parallel: both
+    read the mean.
     """
     lines = np.moveaxis(np.arange(TAXELS).reshape(3, 2), axis, 0)
     first, second = lines[rng.permutation(len(lines))[:2]]
@@ -153,10 +156,10 @@ FAULTS: dict[str, Change] = {
     "clipping": lambda b, f, rng: _signal(b, f, rng.uniform(8.0, 10.0)),
     # Loose screws: a tenth of the stiffness or less, and hardly any damping.
     "rattle": _rattle,
-    "open-row": lambda b, f, rng: _lines(b, f, rng, 0, short=False),
-    "open-column": lambda b, f, rng: _lines(b, f, rng, 1, short=False),
-    "shorted-rows": lambda b, f, rng: _lines(b, f, rng, 0, short=True),
-    "shorted-columns": lambda b, f, rng: _lines(b, f, rng, 1, short=True),
+    "open-row": lambda b, f, rng: _with_faulty_line(b, f, rng, 0, short=False),
+    "open-column": lambda b, f, rng: _with_faulty_line(b, f, rng, 1, short=False),
+    "shorted-rows": lambda b, f, rng: _with_faulty_line(b, f, rng, 0, short=True),
+    "shorted-columns": lambda b, f, rng: _with_faulty_line(b, f, rng, 1, short=True),
     "lost": lambda b, f, rng: replace(b, lost=rng.uniform(0.001, 0.02)),
     # A hub or a busy computer that holds the stream back.
     "jitter": lambda b, f, rng: replace(

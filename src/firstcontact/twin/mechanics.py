@@ -259,9 +259,9 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 def contact_arms(p: FingerParameters, o: ObjectParameters) -> ObjectParameters:
     """Return the object with the relaxation of its contact with the pad.
 
-    The pad gives way at the contact, too. Its silicone relaxes as that of a block. So a contact
-    relaxes less than fruit, and as a block does. The strengths are shares of the contact's
-    stiffness.
+    The pad deforms at the contact, too, and its silicone relaxes as a block does. So a contact with
+    fruit relaxes less than the fruit, and a contact with a block as much as the block. The
+    strengths are shares of the contact's stiffness.
     """
 
     def stiffness(pad: float, target: float) -> float:

@@ -81,9 +81,10 @@ class MotorNoise:
 
 @lru_cache(maxsize=8)
 def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the knot before each of ``n`` points, and the share of the way to the next knot.
+    """Return where ``n`` points in time lie between knots that are 20 ms apart, to interpolate.
 
-    Use both to interpolate between knots. ``dt`` is the time between points, s.
+    The first array holds the number of the knot before each point. The second holds the position
+    between this knot (0) and the next one (1). ``dt`` is the time between points, s.
     """
     place = np.arange(n, dtype=np.float64) * dt / 0.02
     cell = place.astype(np.int64)
@@ -151,10 +152,14 @@ class PhalanxNoise:
         self._reached = self.loudness
 
 
-def pickup(
+def electrical_noise(
     noise: MotorNoise, sheet: float, angle: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the electrical noise in a fingertip's piezo and in its force sheet, V."""
+    """Return the electrical noise in a fingertip's piezo and in its force sheet, V, (n,) each.
+
+    ``sheet`` is the standard deviation of the noise in the sheet, V. ``angle`` holds the phase of
+    the mains at each sample, rad, shape (n,).
+    """
     white = rng.standard_normal((2, angle.size))
     return noise.hum * np.sin(angle) + noise.electronics * white[0], sheet * white[1]
 
@@ -186,7 +191,7 @@ class RecordedNoise:
     def draw(
         self, samples: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return a random piece of the noise for index finger and thumb, V, (samples,) each."""
+        """Return random sections of the noise for index finger and thumb, V, (samples,) each."""
         starts = rng.integers(0, max(1, len(self.volts) - samples + 1), 2)
         if self.volts.shape[1] > 1:
             starts[1] = starts[0]
@@ -225,7 +230,7 @@ def read_noise(path: Path) -> RecordedNoise:
 
 
 def _unsmoothed(layout: Layout, data: NDArray[Any]) -> NDArray[np.float64]:
-    """Return vibration, V, shape (samples, channels), after undoing the device's smoothing."""
+    """Return the vibration, V, shape (samples, channels), without the device's smoothing."""
     columns = layout.columns(ChannelKind.VIBRATION)[:2]
     channels = layout.vibration[: len(columns)]
     volts = layout.physical(data, columns)

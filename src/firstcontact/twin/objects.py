@@ -70,9 +70,10 @@ ORANGE_LOSS = math.tan(math.pi / 2 * math.log(1 / 0.42) / math.log(900))
 def slow_share(loss: float) -> float:
     """Return the share of a material's stiffness that relaxes slowly, given its loss factor.
 
-    The modulus falls with the power -2 / pi atan(loss) of time (fractional law). The slow arm is
-    what it loses in the two decades up to the second after which a durometer is read. Rubber
-    relaxes, too, when its Shore A is read, so only what it loses beyond silicone counts.
+    The modulus falls with the power -2 / pi atan(loss) of time (fractional law). The slow share is
+    the part that it loses in the two decades of time before a durometer is read, after 1 s. The
+    Shore A of rubber includes the relaxation of rubber. So the relaxation of silicone is
+    subtracted.
     """
     power = 2 / math.pi * (math.atan(loss) - math.atan(SILICONE_LOSS))
     return float(max(100**power - 1, 0.0))

@@ -56,7 +56,7 @@ def integrate_pinch(
     """
     run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)
-    return _times(run), out[BURN_IN:]
+    return _settled_times(run), out[BURN_IN:]
 
 
 class PinchJob(NamedTuple):
@@ -103,7 +103,7 @@ def simulate_pinches(jobs: Sequence[PinchJob], duration: float = DURATION) -> It
         batch = jobs[start : start + _TOGETHER]
         runs = [PinchRun(job.draw, duration, BURN_IN) for job in batch]
         for job, run, motion in zip(batch, runs, whole_motions(runs), strict=True):
-            yield _pinch(job, _times(run), motion[BURN_IN:])
+            yield _pinch(job, _settled_times(run), motion[BURN_IN:])
 
 
 def _pinch(job: PinchJob, times: NDArray[np.float64], motion: NDArray[np.float64]) -> Pinch:
@@ -120,8 +120,8 @@ def _pinch(job: PinchJob, times: NDArray[np.float64], motion: NDArray[np.float64
     return Pinch(data, _LAYOUT, job.label, first_sample, tuple(truth), closing_speed=speed)
 
 
-def _times(run: PinchRun) -> NDArray[np.float64]:
-    """Return the times of the samples of a pinch, s, without the settling at the start."""
+def _settled_times(run: PinchRun) -> NDArray[np.float64]:
+    """Return the sample times of a pinch, s, without the start in which the simulation settles."""
     return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
 
 

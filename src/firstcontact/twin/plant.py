@@ -113,10 +113,10 @@ class GraspPlant:
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
-        """Simulate the next ``samples`` samples without the sensors, in half of the time."""
+        """Simulate the next ``samples`` samples without the sensors, which takes half the time."""
         stop = min(self.sample + samples, len(self._motion))
         if stop > self._made:
-            self._make(stop)
+            self._compute_until(stop)
         self.sample = stop
 
     def copy(self, lift: Lift | None = None) -> Self:
@@ -138,7 +138,10 @@ class GraspPlant:
         return other
 
     def _motion_with_slip(self, first: int) -> NDArray[np.float64]:
-        """Return the motion from the sample ``first`` on, with the sound of slips in the piezos."""
+        """Return the motion from the sample ``first`` on, with the sound of slips in the piezos.
+
+        Its shape is (samples, 2, OUTPUTS).
+        """
         motion = self._motion[first : self._made]
         if self._sound is None:
             return motion
@@ -150,8 +153,8 @@ class GraspPlant:
         motion[..., BUFFER] += self._sound.hear(motion[..., CONTACT_FORCE], speeds, hanging)
         return motion
 
-    def _make(self, stop: int) -> None:
-        """Compute the motion up to the sample ``stop``, or beyond it."""
+    def _compute_until(self, stop: int) -> None:
+        """Compute the motion at least up to the sample number ``stop``, which is not included."""
         first = self._made
         # Samples beyond the end are computed on request, but not ahead.
         samples = max(stop, min(stop + self._delay, self._end)) - first

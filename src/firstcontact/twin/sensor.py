@@ -22,7 +22,7 @@ from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
 from firstcontact.core.pinch import first_closed_sample
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, INDENTATION, VelostatParameters
-from firstcontact.twin.noise import pickup
+from firstcontact.twin.noise import electrical_noise
 
 _kernels = load_compiled("firstcontact.twin._compiled")
 
@@ -127,7 +127,7 @@ def settled_filter(
     return device
 
 
-Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
+ElectricalNoise = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
@@ -144,12 +144,15 @@ class Fingertips(ABC):
         return other
 
     @abstractmethod
-    def _pickup(self, samples: int) -> list[Pickup]:
-        """Return the electrical noise of each fingertip in the next samples."""
+    def _electrical_noise(self, samples: int) -> list[ElectricalNoise]:
+        """Return the noise of each fingertip in the next ``samples`` samples, V.
+
+        Each pair holds the noise of the piezo and of the force sheet.
+        """
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
         scans = np.empty((len(motion), len(SCAN)), np.uint16)
-        for f, (piezo, force) in enumerate(self._pickup(len(motion))):
+        for f, (piezo, force) in enumerate(self._electrical_noise(len(motion))):
             scans[:, f] = piezo_readings(motion[:, f, BUFFER] + piezo)
             # The array lies between pad and board, so the contact force loads it, not the mount's.
             scans[:, 2 + f] = force_readings(
@@ -170,12 +173,14 @@ class PinchFingertips(Fingertips):
         for f in range(2):
             phase = draw.rng.uniform(0, 2 * math.pi)
             angle = 2 * math.pi * draw.noise[f].mains_rate * times + phase
-            self._noise.append(pickup(draw.noise[f], draw.velostat[f].noise, angle, draw.rng))
+            self._noise.append(
+                electrical_noise(draw.noise[f], draw.velostat[f].noise, angle, draw.rng)
+            )
         if draw.recorded is not None:
             piezos = draw.recorded.draw(len(times), draw.rng)
             self._noise = [(p, force) for p, (_, force) in zip(piezos, self._noise, strict=True)]
 
-    def _pickup(self, samples: int) -> list[Pickup]:
+    def _electrical_noise(self, samples: int) -> list[ElectricalNoise]:
         rows = slice(self.sample, self.sample + samples)
         return [(piezo[rows], force[rows]) for piezo, force in self._noise]
 
@@ -213,20 +218,20 @@ class StreamFingertips(Fingertips):
         self._rng = rng
         self._phases = rng.uniform(0, 2 * math.pi, 2)
 
-    def take(self, draw: PinchDraw) -> None:
-        """Use the sensor parameters of ``draw``, another pinch of this session, from now on."""
+    def use_draw(self, draw: PinchDraw) -> None:
+        """Use the sensor parameters of ``draw`` from now on: another pinch of this session."""
         for f, (old, new) in enumerate(zip(self._draw.velostat, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
         self._draw = draw
 
-    def _pickup(self, samples: int) -> list[Pickup]:
+    def _electrical_noise(self, samples: int) -> list[ElectricalNoise]:
         count = np.arange(self.sample, self.sample + samples)
         sheets = self._draw.velostat
         # Fraction of a turn since the start, exact even after days.
         turns = count * self._draw.noise[0].mains_rate % FINGERTIP_RATE
         angle = 2 * math.pi * turns / FINGERTIP_RATE
         return [
-            pickup(noise, sheet.noise, angle + phase, self._rng)
+            electrical_noise(noise, sheet.noise, angle + phase, self._rng)
             for noise, sheet, phase in zip(self._draw.noise, sheets, self._phases, strict=True)
         ]
 

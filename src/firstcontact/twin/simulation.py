@@ -256,7 +256,11 @@ def _simulate_batch(
     noise: RecordedNoise | None,
     positions: bool,
 ) -> list[Pinch]:
-    """Simulate the pinches of a batch. Each pinch is the same in any batch."""
+    """Return the simulated pinches of a batch, in order.
+
+    A pinch is the same in any batch. With ``positions``, each pinch has a measured closing speed.
+    ``noise`` replaces the simulated noise of the electronics, unless it is None.
+    """
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
     jobs = []
     for place, planned in enumerate(batch.pinches, start=batch.first):

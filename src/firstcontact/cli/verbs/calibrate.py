@@ -35,12 +35,12 @@ class Calibrate:
     def run(self) -> None:
         from firstcontact import calibrate
         from firstcontact.cli.guided import entered
-        from firstcontact.cli.stopping import stopping
+        from firstcontact.cli.stopping import stop_on_signals
         from firstcontact.core.calibration import check_writable, write_calibration
         from firstcontact.device import open_source
 
         check_writable(self.out)  # before a person taps and weighs for nothing
-        with stopping(), open_source(self.device) as source:
+        with stop_on_signals(), open_source(self.device) as source:
             calibration = calibrate(
                 source,
                 seconds=self.seconds,

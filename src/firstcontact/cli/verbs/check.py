@@ -35,7 +35,7 @@ class Check:
     """Speed of the simulated hand, as a multiple of real time."""
 
     def run(self) -> int:
-        from firstcontact.cli.stopping import stopping
+        from firstcontact.cli.stopping import stop_on_signals
         from firstcontact.collect.check import check_fingertips, summary, write_page
         from firstcontact.core.calibration import check_writable
         from firstcontact.device import open_source
@@ -52,7 +52,7 @@ class Check:
             seed=self.seed,
             fault=self.fault,
         )
-        with stopping(), opened as source:
+        with stop_on_signals(), opened as source:
             say = partial(print, flush=True)
             measured, verdicts = check_fingertips(source, drift=self.drift, say=say)
         for v in verdicts:

@@ -43,18 +43,15 @@ def _software() -> Iterator[str]:
     yield _line("firstcontact", version("firstcontact"))
     yield _line("Python", f"{platform.python_version()} ({sys.executable})")
     yield _line("platform", platform.platform())
-    for name in _libraries():
+    for name in _required_packages():
         try:
             yield _line(name, version(name))
         except PackageNotFoundError:
             yield _line(name, "not installed")
 
 
-def _libraries() -> list[str]:
-    """Return the names of the packages that this package and its extras require.
-
-    Those of the extra ``dev`` are left out.
-    """
+def _required_packages() -> list[str]:
+    """Return the packages that this package and its extras require, except the extra ``dev``."""
     # "matplotlib>=3.9; extra == 'plot'"
     needs = (need for need in requires("firstcontact") or [] if "dev" not in need.partition(";")[2])
     names = (re.split(r"[^\w.-]", need)[0] for need in needs)

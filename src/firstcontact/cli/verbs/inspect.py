@@ -73,7 +73,7 @@ class Inspect:
 
 
 def _summary(data: Dataset) -> Iterator[str]:
-    """Yield lines of text about a dataset: first its totals, then each object."""
+    """Yield lines of text about a dataset: totals, the number of pinches per label, and notes."""
     from collections import Counter
 
     yield f"source      {data.source}"

@@ -30,7 +30,7 @@ class Label:
     """Print the address of the page, and open no browser."""
 
     def run(self) -> None:
-        from firstcontact.cli.stopping import stopping
+        from firstcontact.cli.stopping import stop_on_signals
         from firstcontact.collect.label_result import Labeller
         from firstcontact.collect.label_session import Session, open_recordings
         from firstcontact.core import ArgumentError
@@ -53,7 +53,7 @@ class Label:
 
             server = LabelServer(session, self.port)
             print(f"label on {server.url} (Ctrl-C ends; the labels are kept)", flush=True)
-            with stopping() as stop:
+            with stop_on_signals() as stop:
                 stop.gently = True
                 server.run(
                     lambda: not self.no_browser and webbrowser.open(server.url),

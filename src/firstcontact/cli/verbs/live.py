@@ -96,7 +96,7 @@ class Live:
         outputs = find_outputs([*(name for name in flags if flags[name]), *self.output])
         load_compiled("firstcontact.chain._compiled")  # if missing, an error before the session
         from firstcontact.cli.session_keys import session_keys
-        from firstcontact.cli.stopping import stopping
+        from firstcontact.cli.stopping import stop_on_signals
         from firstcontact.contact import load_detector
         from firstcontact.streaming.hand_plan import HandPlan
         from firstcontact.streaming.live_session import SessionPlan, live_session
@@ -120,7 +120,7 @@ class Live:
             shape=self.shape,
         )
         with (
-            stopping() as stop,
+            stop_on_signals() as stop,
             live_session(source, plan, measure=_measure, opens=True, notify=_say) as session,
         ):
             sinks = make_sinks(

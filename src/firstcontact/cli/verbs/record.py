@@ -62,12 +62,12 @@ class Record:
     def run(self) -> None:
         from firstcontact import record
         from firstcontact.cli.guided import Terminal
-        from firstcontact.cli.stopping import stopping
+        from firstcontact.cli.stopping import stop_on_signals
         from firstcontact.device import open_source
 
         simulated = source_kind(self.device).is_simulated
         names = self._sessions()
-        with stopping() as stop:
+        with stop_on_signals() as stop:
             for name in names:
                 # A further part of a session must not repeat the simulated pinches of the first.
                 parts = len(list(self.out.glob("[!.]*.mcap")))

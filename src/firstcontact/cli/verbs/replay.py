@@ -27,12 +27,12 @@ class Replay:
     """Path at which the port is created; by default in a temporary folder."""
 
     def run(self) -> None:
-        from firstcontact.cli.stopping import stopping
+        from firstcontact.cli.stopping import stop_on_signals
         from firstcontact.core import DeviceError
         from firstcontact.device.ports import PseudoTerminal, port_folder
         from firstcontact.device.replay import ReplayDevice
 
-        with port_folder() as folder, stopping() as stop:
+        with port_folder() as folder, stop_on_signals() as stop:
             port = self.link or folder / "port"
             try:
                 terminal = PseudoTerminal(port)

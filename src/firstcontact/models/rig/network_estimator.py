@@ -70,7 +70,7 @@ class Adapted:
         return len(self.model.rigs) > 1
 
     @property
-    def refusal(self) -> str:
+    def why_useless(self) -> str:
         """Reason why the model must not be used for this rig, as a sentence; "" if it is useful."""
         if not self.scores:
             return ""
@@ -292,8 +292,8 @@ class NetworkEstimator(AnytimeEstimator):
         seed: int = 0,
     ) -> tuple[AnytimeModel, Sequence[str]]:
         made = self.adapt(pretrained(), touches, shore_a, sessions, seed)
-        if made.refusal:
-            raise ArgumentError(made.refusal)
+        if made.why_useless:
+            raise ArgumentError(made.why_useless)
         usable = touches.take(touches.answerable)
         record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
         return made.model.with_record(record), [

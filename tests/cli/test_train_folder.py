@@ -75,7 +75,7 @@ def test_what_no_training_wrote_is_not_lost(
     (out / name).parent.mkdir(parents=True)
     (out / name).write_text('{"format": "of somebody else"}', encoding="utf-8")
     assert run("train", data, "--estimator", "peak", "--out", out) == 2
-    assert "which no training wrote" in capsys.readouterr().err
+    assert "which is not part of a model" in capsys.readouterr().err
     assert list(content(out)) == [name]
 
 

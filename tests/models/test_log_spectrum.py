@@ -13,7 +13,7 @@ from firstcontact.models.windows.log_spectrum import (
     BANDS,
     KINDS,
     LogSpectrumModel,
-    _evenly,
+    _even_weights,
     features,
     log_bands,
 )
@@ -62,7 +62,7 @@ def test_it_moves_to_a_sensor_with_another_gain(task: Task) -> None:
 def test_groups_count_alike_and_so_do_classes(pairs: list[tuple[int, str]]) -> None:
     y = np.array([float(c) for c, _ in pairs])
     groups = np.array([g for _, g in pairs])
-    weights = _evenly(Task.CLASSIFICATION, y, groups)
+    weights = _even_weights(Task.CLASSIFICATION, y, groups)
     assert weights.mean() == pytest.approx(1.0)
     of_classes = [weights[y == c].sum() for c in np.unique(y)]
     assert of_classes == pytest.approx([of_classes[0]] * len(of_classes))

@@ -146,7 +146,7 @@ class ArrayWriter:
 
 
 def _model_kind(model: Constants | None) -> int:
-    """Return the number for the kind of a model, as in ``fc_touch.h``."""
+    """Return the number for the kind of a model, as in ``fc_touch.h``; 0 for None."""
     if model is None or isinstance(model, ModelConstants):
         return int(model is not None)
     return 3 if model.svms else 2

@@ -39,7 +39,7 @@ RUNNING_OF_FEW = 2.0
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     """Return each finger's noise at rest, from pinches that begin at rest; None if they do not."""
     running = RUNNING_OF_FEW if len(pinches) < FEW else touch_constants().running
-    starts = [start for p in pinches if (start := _start(p, running))]
+    starts = [start for p in pinches if (start := _rest_and_motor(p, running))]
     if not starts:
         return None
     rest_levels, motor = np.array(starts).swapaxes(0, 1)
@@ -61,11 +61,13 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     return Calibration(tuple(floors))
 
 
-def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return each finger's RMS at rest, and with a running motor (0 if inaudible), V, (fingers,).
+def _rest_and_motor(
+    pinch: Pinch, running: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the RMS at rest and that with a running motor, V, shape (fingers,) each.
 
-    A motor counts as running if the RMS exceeds that at rest by the factor ``running``. Return None
-    if the pinch is too short.
+    A motor counts as running if the RMS exceeds that at rest by the factor ``running``. The second
+    RMS is 0 for fingers without an audible motor. Return None if the pinch is too short.
     """
     samples = samples_in(GATE_STEP, pinch.layout.rate)
     if not samples:  # the rate is too low
@@ -167,7 +169,9 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionS
 
 def closing_starts(dataset: Dataset) -> tuple[DetectionStart, ...]:
     """Return for each pinch the sample from which the motor runs steadily, and the method."""
-    floors = {id(p): floor for group in _rigs(dataset.pinches) for p, floor in _shared(group)}
+    floors = {
+        id(p): floor for group in _session_groups(dataset.pinches) for p, floor in _shared(group)
+    }
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 
 
@@ -243,7 +247,10 @@ def _has_all_floors(calibration: Calibration, layout: Layout) -> bool:
 
 
 def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
-    """Return the sample at which the motor becomes audible after rest; None if it does not."""
+    """Return the number of the sample at which the motor becomes audible after a rest.
+
+    Return None if the pinch does not begin at rest, or if the motor stays inaudible.
+    """
     gate = Chain(_gate_image(pinch.layout.rate), pinch.layout, calibration)
     # The gate needs 13 steps to recognise rest, after a first one of unknown state.
     lead = settling(pinch.layout) + samples_in(GATE_STEP, pinch.layout.rate)
@@ -257,12 +264,15 @@ def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
 
 @lru_cache(maxsize=8)
 def _gate_image(rate: float) -> Image:
-    """Return the constants for a C chain that detects closings of the hand, but no contacts."""
+    """Return the constants of a C chain that detects closings of the hand, but not contacts."""
     return build_image(rate)
 
 
-def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """Return the pinches without a known motor start, as one list for each large session."""
+def _session_groups(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
+    """Return the pinches without a known motor start, grouped by session.
+
+    Sessions with fewer than ``FEW`` such pinches are joined in one group, the last one.
+    """
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
         if pinch.motor_start is None and pinch.layout.vibration_fingers:

@@ -68,7 +68,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     contacts: list[Contact] = []
     pieces = list(_pieces(_block(pinch), until, layout.rate))
     for piece in pieces:
-        contacts = _standing(chain.take(piece), layout, contacts)
+        contacts = _remaining_contacts(chain.take(piece), layout, contacts)
         windows += chain.windows
         if contacts and chain.is_confirmed:
             break
@@ -90,15 +90,18 @@ def judge_windows(detector: Detector, layout: Layout, *blocks: Block) -> WindowD
 
 
 def _decisions(windows: Sequence[tuple[int, ...]], layout: Layout) -> WindowDecisions:
-    """Return the decisions for windows from the rows that the chain has stored for them."""
+    """Return the detector's decisions for windows, from the rows that the chain stores for them."""
     rows = np.array(windows, np.int64).reshape(-1, 1 + len(layout.vibration_fingers))
     return WindowDecisions(rows[:, 0], rows[:, 1:] >= 0, rows[:, 1:])
 
 
-def _standing(
+def _remaining_contacts(
     events: Sequence[ChainEvent], layout: Layout, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the contacts in ``earlier`` and then ``events``, without those that were withdrawn."""
+    """Return the contacts ``earlier``, followed by those that ``events`` report.
+
+    An event that withdraws a contact removes all contacts before it.
+    """
     contacts = list(earlier)
     for event in events:
         if event.kind == EventKind.CONTACT_FOUND:
@@ -109,7 +112,10 @@ def _standing(
 
 
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
-    """Yield a block up to the sample ``until``, then the rest in pieces of ``PIECE`` s."""
+    """Yield the samples of a block before number ``until``, then the rest in pieces of ``PIECE`` s.
+
+    The first part has at least the length of a piece.
+    """
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)
     yield Block(block.data[:end], block.first_sample, block.epoch)
@@ -140,7 +146,7 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
         hand starts to close.
     """
     chain = contact_chain(detector, pinch.layout, keeps_first_state=not confirm)
-    return _standing(chain.take(_block(pinch, closing_start(pinch).sample)), pinch.layout)
+    return _remaining_contacts(chain.take(_block(pinch, closing_start(pinch).sample)), pinch.layout)
 
 
 def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
@@ -148,7 +154,7 @@ def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
     chain = contact_chain(detector, pinch.layout)
     contacts: list[Contact] = []
     for piece in _pieces(_block(pinch, closing_start(pinch).sample), 0, pinch.layout.rate):
-        contacts = _standing(chain.take(piece), pinch.layout, contacts)
+        contacts = _remaining_contacts(chain.take(piece), pinch.layout, contacts)
         if contacts and chain.is_confirmed:
             break
     return contacts[0] if contacts else None

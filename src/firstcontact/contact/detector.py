@@ -133,10 +133,10 @@ class Detector:
 
     @classmethod
     def _constants(cls, rate: float, kind: DetectorKind, **constants: Any) -> DetectorConstants:
-        """Return constants of the chain for this class of detector at ``rate``, Hz.
+        """Return the constants with which the chain runs a detector of this class at ``rate``, Hz.
 
-        ``constants`` are those that only this ``kind`` has. Raise ModelError for an unsuitable
-        rate.
+        ``constants`` are further fields of the result, which only this ``kind`` of detector needs.
+        Raise ModelError if the detector cannot run at this rate.
         """
         sizes = cls.sizes(rate)
         if sizes.window < 2 * LEAST_LOUD:

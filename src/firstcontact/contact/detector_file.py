@@ -74,7 +74,7 @@ def pretrained_detector() -> Detector:
 
 
 def general_detector(layout: Layout) -> Detector:
-    """Return a contact detector for a hand with this layout that needs no pinches of the hand.
+    """Return a contact detector for this layout that needs no recordings of the hand itself.
 
     It is the package's trained detector if all sensors are on fingers and the sampling rate is that
     of its training. Otherwise it is a detector that needs no training.

@@ -41,9 +41,10 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the numbers of samples on both sides of each split of ``n`` samples, and weights.
+    """Return numbers of samples on both sides of each split of ``n`` samples, and their weights.
 
-    Splits begin at the sample ``first``. The shapes are (2, 1, splits).
+    The left side has ``first`` samples in the first split, and one more in each later one. Both
+    arrays have the shape (2, 1, splits).
     """
     left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
     counts = np.stack([left, n - left])[:, None]
@@ -98,15 +99,15 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
     if len(signal) < ahead + behind:
         return []
     piece = max(2, samples_in(PIECE, rate))
-    quiet = _quiet(signal, piece)
+    quiet = _noise_level(signal, piece)
     if not quiet > 0.0:
         return []
     places = np.arange(behind, len(signal) - ahead + 1)
-    level_before, level_after = _levels(signal, places, ahead, behind)
+    level_before, level_after = _rms_around(signal, places, ahead, behind)
     leap = level_after / np.maximum(level_before, quiet)
     change = signal - np.concatenate([signal[:1].repeat(lag), signal[:-lag]])
-    steady, sudden = _levels(change, places, ahead, behind)
-    steady = np.maximum(steady, _quiet(change, piece))
+    steady, sudden = _rms_around(change, places, ahead, behind)
+    steady = np.maximum(steady, _noise_level(change, piece))
     is_candidate = (
         (level_after > ABOVE_QUIET * quiet) & (leap > ABOVE_BEFORE) & (sudden > ABRUPT * steady)
     )
@@ -118,16 +119,17 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
     for k in order:
         if free[k]:
             free[max(0, k - apart) : k + apart] = False
-            out.append((_refined(signal, int(places[k]), rate), float(level_after[k] / quiet)))
+            out.append((_refine_onset(signal, int(places[k]), rate), float(level_after[k] / quiet)))
     return sorted(out)
 
 
-def _levels(
+def _rms_around(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the RMS of a signal before and after each sample in ``places``.
+    """Return the RMS of a signal before and after each sample in ``places``, as two arrays.
 
-    The spans have ``behind`` samples before and ``ahead`` samples after it.
+    ``behind`` is the number of samples before it, ``ahead`` the number from it on. The mean before
+    it is subtracted from both.
     """
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
@@ -138,10 +140,10 @@ def _levels(
     return np.sqrt(np.maximum(level_before, 0.0)), np.sqrt(np.maximum(level_after, 0.0))
 
 
-def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
-    """Return the start of a contact, near the sample ``place`` at which the loudness leaps.
+def _refine_onset(x: NDArray[np.float64], place: int, rate: float) -> int:
+    """Return the sample at which a contact starts, near the sample ``place`` where it is louder.
 
-    It is the sample that best separates quiet from loud samples.
+    It is the sample that best separates a quiet part from a loud one.
     """
     earlier, later = samples_in(EARLIER, rate), samples_in(LATER, rate)
     start, stop = max(0, place - earlier), min(len(x), place + later)
@@ -152,8 +154,11 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
     return start + int(pick_onset(window / scale, stop - start)[0]) if scale > 0.0 else place
 
 
-def _quiet(x: NDArray[np.float64], piece: int) -> float:
-    """Return the noise level of a signal: a low quantile of standard deviations of its pieces."""
+def _noise_level(x: NDArray[np.float64], piece: int) -> float:
+    """Return the noise level of a signal: a low quantile of standard deviations of its pieces.
+
+    ``piece`` is the number of samples in a piece. Constant pieces are not used.
+    """
     pieces = x[: len(x) // piece * piece].reshape(-1, piece)
     pieces = pieces[np.ptp(pieces, axis=1) > 0]
     return float(np.quantile(pieces.std(axis=1), QUIET_SHARE)) if len(pieces) else 0.0

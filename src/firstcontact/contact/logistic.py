@@ -149,7 +149,7 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
             rows.append(
                 (
                     look_features(
-                        *_settled(windows, x, ends, sizes.steady, last, rate), lengths, FLOOR
+                        *_normalise(windows, x, ends, sizes.steady, last, rate), lengths, FLOOR
                     ),
                     age <= -margin,
                     (age >= samples_in(YOUNGEST, rate)) & bool(contacts_of_finger),
@@ -164,7 +164,7 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
     return Looks(features, quiet, shows, early_looks, due, tuple(begins))
 
 
-def _settled(
+def _normalise(
     windows: NDArray[np.float64],
     x: NDArray[np.float64],
     ends: NDArray[np.intp],
@@ -172,10 +172,12 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in standard deviations of the motor's noise, and filters that predict it.
+    """Divide windows by the standard deviation of the motor's noise, after subtracting its mean.
 
-    As in the chain, a quieter steady state replaces the first one, at samples before ``last``.
-    ``ends`` are the ends of the windows in the channel ``x``.
+    Return these windows, and for each the filter that predicts the noise, shape (n, ORDER + 1).
+    ``x`` is the whole channel, and ``ends`` holds the end of each window in it. The noise is
+    measured in the first ``steady`` samples, as in the chain. It is measured again whenever it has
+    become weaker, before the sample ``last``.
     """
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
     state = SteadyState.measure(x[:steady, None])

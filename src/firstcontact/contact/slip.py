@@ -58,7 +58,7 @@ class SlipDetector(ABC):
 
 @dataclass(slots=True)
 class _Hold:
-    """State while the hand holds an object: latest samples, and the power without slip."""
+    """State while the hand holds an object: newest samples, and power of the noise without slip."""
 
     part: NDArray[np.float64]  # samples of the piece in progress
     sum: NDArray[np.float64]
@@ -148,7 +148,7 @@ class PowerSlipDetector(SlipDetector):
     def _slips(self, held: _Hold, power: NDArray[np.float64]) -> bool:
         """Return True at the start of a slip, and every 50 ms while the slip continues.
 
-        ``power`` is that of the newest piece, V², shape (fingers,).
+        ``power`` is that of the newest piece (2.5 ms) of samples, V², shape (fingers,).
         """
         if held.rest is None:
             held.sum += power

@@ -205,7 +205,7 @@ class SvmDetector(TrainedDetector):
 
 
 def _train(data: TrainingWindows, seed: int) -> RbfMachine:
-    """Train on random windows, add those that are classified worst, and train again."""
+    """Train on random windows, add the windows that are classified worst, and train again."""
     rng = np.random.default_rng(seed)
     sign = np.where(data.positive, 1.0, -1.0)
     classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]
@@ -225,9 +225,10 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 
 
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
-    """Return the threshold on decision values with the most correctly detected first contacts.
+    """Return the decision value above which a window counts as a contact.
 
-    ``decision`` holds the decision value of each window.
+    It detects the most first contacts correctly. ``decision`` holds the decision value of each
+    window.
     """
     is_quiet = data.first & ~data.positive
     is_loud = data.first & data.positive

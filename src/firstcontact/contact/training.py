@@ -1,4 +1,4 @@
-"""Motor noise before contacts, features of windows, and the SVM detector's training windows."""
+"""Training data of contact detectors: motor noise before contacts, and windows with features."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def feature_count(step: int) -> int:
 
 
 def _means(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return the means of ``x`` between neighbouring ``edges``, along the last axis."""
+    """Return the means of spans of the last axis of ``x``. The spans begin and end at ``edges``."""
     pieces = x[..., : edges[-1]]
     out: NDArray[np.float64] = np.add.reduceat(pieces, edges[:-1], axis=-1) / np.diff(edges)
     return out
@@ -74,9 +74,10 @@ def _part_edges(start: int, stop: int, parts: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _loudness_edges(quiet: int, new: int, n: int) -> NDArray[np.intp]:
-    """Return the borders of nine spans of a window of ``n`` samples, for :func:`_means`.
+    """Return the ten edges of nine spans of a window of ``n`` samples, for :func:`_means`.
 
-    Three spans are in the quiet part, and three in each of the two newest steps.
+    Three spans are before the sample ``quiet``, three between ``quiet`` and ``new``, three after
+    ``new``.
     """
     spans = ((0, quiet), (quiet, new), (new, n))
     return np.append(np.concatenate([_part_edges(*span, PARTS)[:-1] for span in spans]), n)

@@ -40,14 +40,18 @@ def instructions(model: SvmModel) -> int:
     vectors, inputs = model.to_arrays()["vectors"].shape
     decisions, classes = len(model.to_arrays()["bias"]), len(model.spec.classes)
     samples = inputs - 1
-    count = _rows(vectors, samples + 1) + 40 * vectors + 5 * samples + 45  # the kernel
-    count += _rows(decisions, vectors) + 14 * decisions + 25 * decisions * bool(classes)
+    count = (
+        _matrix_instructions(vectors, samples + 1) + 40 * vectors + 5 * samples + 45
+    )  # the kernel
+    count += (
+        _matrix_instructions(decisions, vectors) + 14 * decisions + 25 * decisions * bool(classes)
+    )
     count += 72 * (samples + samples_in(BASELINE, model.spec.rate))  # the window and its baseline
     return int(1.02 * (count + 26 * samples + 10 * classes + 450))
 
 
-def _rows(n: int, inputs: int) -> int:
-    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,)."""
+def _matrix_instructions(n: int, inputs: int) -> int:
+    """Return the number of instructions to multiply a matrix, shape (n, inputs), by a vector."""
     rows, each, overhead = (8, 20, 54) if n >= 8 else (1, 5, 30)
     return -(-n // rows) * (each * inputs + overhead) + 35
 

@@ -79,7 +79,7 @@ def hand_image(
     model_constants = predictor_in_c(predictor)
     fingers = layout.vibration_fingers
     if isinstance(model_constants, ModelConstants):
-        model_constants = _of_fingers(model_constants, fingers)
+        model_constants = _drop_other_fingers(model_constants, fingers)
     constants = detector_in_c(detector, layout.rate), model_constants
     floors = [calibration.noise(f) if calibration else None for f in fingers]
     known = [0.0 if noise is None else noise for noise in floors]
@@ -95,8 +95,11 @@ def hand_image(
     return HandImage(data, identity)
 
 
-def _of_fingers(model: ModelConstants, fingers: Sequence[Finger | None]) -> ModelConstants:
-    """Return the constants, in which only the rigs of these fingers have a regression."""
+def _drop_other_fingers(model: ModelConstants, fingers: Sequence[Finger | None]) -> ModelConstants:
+    """Return the constants without the regressions of rigs whose finger is not in ``fingers``.
+
+    If a finger in ``fingers`` has no rig of its own, the rig without a finger keeps its regression.
+    """
     numbers = {-1 if finger is None else list(Finger).index(finger) for finger in fingers}
     if not numbers <= {rig.finger for rig in model.rigs}:
         numbers.add(-1)

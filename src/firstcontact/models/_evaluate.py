@@ -188,7 +188,11 @@ def _group(
     dataset: Dataset,
     rows: NDArray[np.bool_],
 ) -> GroupScores:
-    """Score the predictions for the pinches of one group: those where ``rows`` is True."""
+    """Return the scores of the predictions for the pinches where the mask ``rows`` is True.
+
+    ``title`` names this group of pinches. ``predictions`` are for all pinches, by the time after
+    the contact, s.
+    """
     specimens, quantity = distinct_specimens(dataset)[rows], predictor.quantity
     scaled = (lambda values: values) if predictor.classes else quantity.scaled
     truth = scaled(truth[rows])
@@ -224,9 +228,9 @@ def overlap_groups(
 ) -> dict[Overlap, Mask]:
     """Group pinches by their relation to a model's training data, which ``trained_on`` describes.
 
-    ``digests`` are those of the training pinches. Return a mask for each relation, shape
-    (pinches,), first that of the pinches that were not seen in training. These include all with
-    role "test" that have no such digest.
+    Return a mask for each relation, shape (pinches,). The first one marks the pinches that were not
+    seen in training. ``digests`` are those of the training pinches. A pinch with role "test" counts
+    as not seen unless its digest is among them.
     """
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     unseen = ~dataset.test & ~seen

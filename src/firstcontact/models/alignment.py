@@ -150,7 +150,10 @@ def choose_detector(
 
 
 def _is_placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
-    """Return True for each known contact that the detector found on its finger within 3 ms."""
+    """Return a mask over the known contacts, True if the detector found the contact.
+
+    It counts as found on the same finger and within 3 ms.
+    """
     return np.array(
         [
             contact is not None
@@ -189,9 +192,9 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
 def _detect_held_out(
     fold: tuple[Places, Places], dataset: Dataset, detector: str
 ) -> Sequence[Contact | None]:
-    """Fit the named detector to some pinches. Return the contacts that it detects in the others.
+    """Fit the named detector to some pinches. Return the contacts that it detects in others.
 
-    ``fold`` holds the positions of the pinches to fit to, and of the others.
+    ``fold`` holds two arrays of indices: the pinches to fit to, and those for detection.
     """
     learn, ask = fold
     other = make_detector(detector).fit(dataset.take(learn))

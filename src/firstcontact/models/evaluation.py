@@ -188,10 +188,9 @@ class Evaluation(Drawable):
     def _unseen_mean(
         self, values: Callable[[GroupScores], Mapping[float, float]]
     ) -> dict[float, float]:
-        """Return the mean of one score over all pinches that were not seen in training.
+        """Return the mean of one score over the pinches that were not seen in training, by time.
 
-        ``values`` selects the score of a group. Each key of the mapping is a time after the
-        contact, s.
+        ``values`` selects the score of a group of pinches. Times are after the contact, s.
         """
         unseen = [group for group in self.groups if group.title is not Overlap.SEEN]
         groups = [group for group in unseen if group.title is not Overlap.NAMESAKES] or unseen

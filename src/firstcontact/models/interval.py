@@ -147,7 +147,10 @@ def conformal_interval(
 
 
 def _half_width(residuals: Values, level: float) -> float:
-    """Return the conformal quantile: residual number ⌈(n + 1) ``level``⌉ in ascending order."""
+    """Return half the width of a conformal interval with the coverage ``level``.
+
+    It is number ⌈(n + 1) ``level``⌉ of the n residuals in ascending order.
+    """
     return float(np.sort(residuals)[ceil((len(residuals) + 1) * level) - 1])
 
 

@@ -185,7 +185,7 @@ def pretrained_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Field of a card that states its format, to recognise the cards of other programs."""
+    """Field of a card that states the format, to tell this package's cards from others."""
 
     format: str
 
@@ -204,7 +204,7 @@ def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> boo
         is_card = path.name in formats and _card_format(path) == formats[path.name]
         if not (is_weights or is_card):
             raise ModelError(
-                f"{out} would be replaced, but it holds {path.name}, which no training wrote: "
+                f"{out} would be replaced, but it holds {path.name}, which is not part of a model: "
                 "choose another folder, or move that file away"
             )
     if has_model(out):
@@ -229,7 +229,7 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
 
 
 def _card_format(path: Path) -> str | None:
-    """Return the field ``format`` of a card; None if the file is not a card."""
+    """Return the ``format`` that a card states; None if the file is not a readable card."""
     try:
         return read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD).format
     except (InputError, OSError):

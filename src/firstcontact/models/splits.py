@@ -74,7 +74,7 @@ def by_session(
     )
     return [
         Split(f"sessions {fold}", train, test, frozenset({Group.SPECIMEN}))
-        for fold, (train, test) in enumerate(_sides(numbers, folds))
+        for fold, (train, test) in enumerate(_fold_positions(numbers, folds))
         if len(train) and len(test)
     ]
 
@@ -116,11 +116,15 @@ def inner_folds(
         if groups is None
         else _stratified_group_folds(strata, groups, k, seed)
     )
-    yield from (fold for fold in _sides(numbers, k) if len(fold[1]))
+    yield from (fold for fold in _fold_positions(numbers, k) if len(fold[1]))
 
 
 def _strata(y: NDArray[Any], k: int) -> Index:
-    """Return a class number per target, to balance folds; zeros if a class is too rare."""
+    """Return a class number per target, with which folds can be balanced.
+
+    Many different targets are first divided into ranges. All numbers are 0 if a class has fewer
+    than ``k`` targets.
+    """
     values, numbers = np.unique(y, return_inverse=True)
     if len(values) > RANGES:
         edges = np.quantile(y, np.arange(1, RANGES) / RANGES)
@@ -129,8 +133,11 @@ def _strata(y: NDArray[Any], k: int) -> Index:
     return np.zeros(len(y), dtype=np.intp) if rare else numbers
 
 
-def _sides(numbers: Index, k: int) -> Iterator[tuple[Index, Index]]:
-    """Yield positions outside and inside of each fold. ``numbers`` holds each pinch's fold."""
+def _fold_positions(numbers: Index, k: int) -> Iterator[tuple[Index, Index]]:
+    """Yield a pair of index arrays per fold: pinches outside of the fold, and inside.
+
+    ``numbers`` holds the fold of each pinch, from 0 to ``k`` - 1.
+    """
     for fold in range(k):
         yield np.flatnonzero(numbers != fold), np.flatnonzero(numbers == fold)
 

@@ -126,10 +126,10 @@ def held_out_with_spread(
 def _held_out(
     job: tuple[int, range], questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
-    """Fit models for some splits of one question, and predict the windows that these hold out.
+    """Fit models without some of the windows, and predict these held-out windows.
 
-    ``job`` holds the number of the question and the numbers of its splits. Return predictions and
-    standard deviations (or None) for each split.
+    ``job`` holds the number of a question, and the numbers of some of its splits. Return a pair for
+    each split: predictions, and their standard deviations or None.
     """
     question = questions[job[0]]
     splits, data = [question.splits[place] for place in job[1]], question.data
@@ -220,9 +220,9 @@ def train_final_model(
 
 
 def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
-    """Return splits that hold out whole sessions, and a description of them in words.
+    """Return splits that hold out whole sessions, and a text that describes them.
 
-    Without two named sessions, one split holds out a random fifth of the windows.
+    Without two named sessions, a single split holds out a random fifth of the windows.
     """
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)

@@ -101,10 +101,7 @@ def make_plan(
 
 
 def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Raise ArgumentError for an option that the network does not support.
-
-    It names the parameter.
-    """
+    """Raise ArgumentError if the network does not support one of these options."""
     base = pretrained()
     is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
     refusals = {

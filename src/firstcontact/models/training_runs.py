@@ -158,7 +158,8 @@ def _train_windows(
 ) -> tuple[list[SavedPredictor], list[str]]:
     """Train a window model for each window length of the plan.
 
-    ``step`` is called with 1 after each one. Return predictors, and sentences on their scores.
+    ``step`` is called with 1 after each model. Return the predictors, and sentences on their
+    scores.
     """
     is_scaled = plan.task is Task.REGRESSION
     cuts = [
@@ -195,10 +196,11 @@ class UnknownRigError(ArgumentError):
 def _fit_anytime(
     plan: Plan, dataset: Dataset, aligned: Alignment
 ) -> tuple[list[SavedPredictor], list[str]]:
-    """Make the any-time model from pinches with Shore A.
+    """Fit the plan's any-time model, such as the network, to pinches with a known Shore A.
 
-    Return it in a list, and sentences for the user on it. Both lists are empty if the plan has no
-    such model.
+    Return a list with this model, and sentences for the user about it. Both lists are empty if no
+    pinch has a known Shore A and the plan also has window models. If only the rig is unknown to the
+    network, the first list is empty and the sentence states why.
     """
     if plan.learns_windows and not has_shore_a(dataset):
         return [], []
@@ -241,7 +243,10 @@ def _fitted(
 
 
 def _closing_notes(predictors: Sequence[SavedPredictor], digests: Digests) -> list[str]:
-    """Return sentences on which predictor is the default, and on pinches that occur twice."""
+    """Return notes for the user: which estimator is the default, and a warning about copies.
+
+    Copies are pinches with the same samples. Without such notes, the list is empty.
+    """
     notes = []
     if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:
         notes.append(
@@ -366,7 +371,10 @@ def training_pinches(data: Dataset) -> Dataset:
 
 
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
-    """Return pinches resampled to ``rate``, Hz, and a sentence on it if they had another rate."""
+    """Return the pinches at the sampling rate ``rate``, Hz, and a note if this changed the rate.
+
+    ``rate`` None keeps the rate.
+    """
     given_rate(dataset.layout.rate, "data")
     resampled = dataset if rate is None else resample_dataset(dataset, rate)
     return resampled, list(resampled.notes[len(dataset.notes) :])

@@ -1,4 +1,4 @@
-"""Comparison of the predictions of a device with those of this computer, pinch by pinch."""
+"""Comparison of a device's own predictions with those of this computer, pinch by pinch."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ class HandPredictions:
             self._host_pinches.append(pinch)
 
     def ended(self) -> list[Event]:
+        """Return the results of all remaining pinches, at the end of the session."""
         # The device may have predicted from samples that the host has not processed.
-        """Return the events of all pinches that remain. Call this at the end of the session."""
         return self._complete(self._heard)
 
     def _event(self, message: DevicePrediction, host: float) -> Prediction:
@@ -111,9 +111,9 @@ class HandPredictions:
         )
 
     def _complete(self, due: Place) -> list[Event]:
-        """Return the events of pinches whose first contact is not after ``due``.
+        """Return the results of all pinches whose first contact is not after ``due``.
 
-        ``due`` is an epoch and a sample number.
+        ``due`` is an epoch (run of the device's sample counter) and a sample number in it.
         """
         events: list[Event] = []
         for place in [place for place in self._pinches if place <= due]:

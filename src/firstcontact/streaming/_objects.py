@@ -34,9 +34,9 @@ class ObjectNames:
         self._pinches.append(pinch)
 
     def markers(self, pinch: PinchDone) -> list[str]:
-        """Return the texts of the markers between the ends of the previous pinch and of this one.
+        """Return the texts of the markers between the end of the previous pinch and of this one.
 
-        If a user sent some of them, those that the twin sent are left out.
+        Markers of the twin are left out if a user has sent markers, too.
         """
         end = pinch.epoch, pinch.end
         since = max((e for p in self._pinches if (e := (p.epoch, p.end)) < end), default=(0, 0))
@@ -57,7 +57,7 @@ class ObjectCombiner(ObjectNames):
         self._is_new = self._has_labels = False
 
     def new_object(self) -> None:
-        """Count the next pinch as one of a new object. Any thread may call this."""
+        """Treat the next pinch as the first one of a new object. Any thread may call this."""
         self._is_new = True
 
     @property
@@ -67,10 +67,9 @@ class ObjectCombiner(ObjectNames):
         return (held_object(text) or text)[:LONGEST_NAME]
 
     def pool(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Add a finished pinch, and return the average over all pinches of its object.
+        """Add a finished pinch. Return the average over all pinches of its object so far.
 
-        Return None if the pinch has no estimate that can be averaged, or if no marker or label
-        tells objects apart.
+        Return None if the pinch has no estimate that can be averaged.
         """
         self.add_pinch(pinch)
         if self._is_new:

@@ -121,7 +121,7 @@ class Pipeline:
             self.layout,
             calibration,
             detector=self._plugin,
-            predict=None if self.predictor is None else _called(self.predictor),
+            predict=None if self.predictor is None else _predict_function(self.predictor),
             contact=self.translator.touch,
             keeps_first_state=not self._resettles,
         )
@@ -138,9 +138,10 @@ class Pipeline:
             self._has_warned = True
 
     def _parts(self, block: Block) -> Iterator[tuple[int, Block]]:
-        """Yield the parts of a block that lie within marked closings, with the closing's number.
+        """Yield (number of the closing, part) for each part of a block that is in a marked closing.
 
-        Without marked closings, yield the whole block with its epoch.
+        If no closings are marked, yield (epoch, block): the whole block with its epoch, which is
+        the run of the device's sample counter.
         """
         if not self._closings:
             yield block.epoch, block
@@ -232,7 +233,11 @@ class Pipeline:
         self.ledger.worked(self._clock() - start, len(block.data))
 
     def _warn_of_long_epoch(self, block: Block) -> None:
-        """Warn once that, without noise floors, only the first closing of an epoch is detected."""
+        """Warn once that without noise floors, only one closing per epoch is detected.
+
+        An epoch is a run of the device's sample counter. The warning comes after
+        :data:`LONGEST_EPOCH` s.
+        """
         if self._epoch_start[0] != block.epoch:
             self._epoch_start = block.epoch, block.first_sample
         seconds = (block.end - self._epoch_start[1]) / self.layout.rate
@@ -245,7 +250,7 @@ class Pipeline:
             )
 
     def _warn_of_load(self) -> None:
-        """Warn once that no closing is detected, because a force sensor stays high."""
+        """Warn once if motor starts do not count as closings, because a force sensor stays high."""
         if self._has_warned_of_load or self._chain.refused < REFUSED:
             return
         self._has_warned_of_load = True
@@ -256,8 +261,8 @@ class Pipeline:
         )
 
 
-def _called(predictor: Predictor) -> Predict:
-    """Return a predictor's method ``predict`` as a function that the C chain can call."""
+def _predict_function(predictor: Predictor) -> Predict:
+    """Return a function with which the C chain calls a predictor's method ``predict``."""
 
     def predict(
         signal: bytes, lead: int, samples: int, finger: int, *hints: float

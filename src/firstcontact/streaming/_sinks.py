@@ -69,7 +69,7 @@ class Sink(Protocol):
 
 
 class _Feeder:
-    """Thread that passes updates to one sink, with a queue of waiting updates."""
+    """Thread that passes updates to one sink. Its queue stores updates until the sink is ready."""
 
     def __init__(
         self, sink: Sink, descriptor: Descriptor, patient: bool, stopped: Callable[[], bool]

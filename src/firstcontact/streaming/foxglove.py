@@ -124,13 +124,19 @@ class FoxgloveSink:
             for place, (channel, columns) in enumerate(self._grids):
                 if channel.has_sinks():
                     force = self._layout.physical(block.data, columns).mean(axis=0)
-                    channel.log(self._grid(force, place, int(stamps[-1])), log_time=int(stamps[-1]))
+                    channel.log(
+                        self._force_grid(force, place, int(stamps[-1])), log_time=int(stamps[-1])
+                    )
         for marker in arrival.markers:
             line = MarkerLine(marker.sample, marker.epoch, marker.text)
             self._log(line, self._clock.host_time(marker.sample, marker.epoch))
 
-    def _grid(self, force: Any, place: int, stamp: int) -> Any:
-        """Return the map of a finger's forces. Its first row is on top, as on the page."""
+    def _force_grid(self, force: Any, place: int, stamp: int) -> Any:
+        """Return a Foxglove grid with the forces on a finger. Its first row is on top.
+
+        ``place`` is the number of the grid, from left to right, and ``stamp`` its time since 1970,
+        ns.
+        """
         kinds = self._sdk.messages
         across = 1 if len(force) % 2 else 2
         position = kinds.Vector3(x=place * APART)
@@ -152,7 +158,7 @@ class FoxgloveSink:
         self.events[tag].log(json_line(line), log_time=int(self._nanoseconds(host)))
 
     def _nanoseconds(self, host: Any) -> Any:
-        """Convert times by ``time.monotonic()``, s, to nanoseconds since 1970."""
+        """Convert times of ``time.monotonic()``, s, into times since 1970, ns."""
         return np.int64(np.round((host + self._shift) * 1e9))
 
     def _channel(self, topic: str, **options: Any) -> Any:
@@ -160,7 +166,10 @@ class FoxgloveSink:
 
 
 def _schema(kind: inspect.Type) -> dict[str, Any]:
-    """Return the JSON schema of an event type, without references, which viewers cannot read."""
+    """Return the JSON schema of a type of event, without references.
+
+    Viewers cannot read references.
+    """
     if isinstance(kind, inspect.UnionType):
         return _schema(next(t for t in kind.types if not isinstance(t, inspect.NoneType)))
     if isinstance(kind, inspect.StructType | inspect.DataclassType):

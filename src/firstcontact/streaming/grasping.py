@@ -260,7 +260,7 @@ class Grasping:
         self.hand.release()
 
     def _closing_starts(self, event: ClosingStart) -> None:
-        """Process the start of the motor, which begins a closing if the hand closes by itself."""
+        """Process the start of the motor. If the hand closes by itself, a closing begins."""
         is_requested = self.requests.by is not None
         if is_requested or Begins.OTHERS in self.hand.begins:
             self._epoch = event.epoch
@@ -326,7 +326,10 @@ class Grasping:
         return self._safe is not None and self._safe.silenced
 
     def _estimated(self, estimate: Estimate) -> None:
-        """Pass an estimate to the policy, unless the policy has already used the same one."""
+        """Pass an estimate to the policy, unless the policy has used an estimate of equal length.
+
+        An estimate that is out of range counts as missing.
+        """
         if estimate.out_of_range:  # its interval may not hold: as if there were no estimate
             self.loop.counts.unused += estimate.final
             self._acted_on = -1.0  # so that a final estimate from fewer samples counts again
@@ -341,7 +344,10 @@ class Grasping:
             self._acted_on = estimate.elapsed
 
     def _send(self, command: Command) -> bool:
-        """Send a command to the hand. Return False if it must stay open or samples are too old."""
+        """Send a command to the hand, and return True.
+
+        Return False without sending if the hand must stay open, or if the samples are too old.
+        """
         if self.requests.opening or self._is_silenced or self._late > STALE:
             return False
         self.last = command

@@ -79,7 +79,7 @@ class SessionPlan:
 
 
 class _Choice(NamedTuple):
-    """Model, contact detector and predictor that a session uses; None where it uses none."""
+    """Model, contact detector and predictor of a session. Each is None if the session has none."""
 
     model: Model | None
     detector: Detector | None
@@ -168,7 +168,10 @@ def _choose(plan: SessionPlan, model: Model, source: Source) -> _Choice:
 
 
 def _pipeline(opened: Source, source: Source, choice: _Choice, *, real_time: bool) -> Pipeline:
-    """Return the pipeline for ``source``, which resamples the source ``opened`` or is the same."""
+    """Return the pipeline of a session, which processes the samples of ``source``.
+
+    ``source`` is the opened source itself, or resamples it.
+    """
     layout = source.descriptor.layout
     pipeline = Pipeline(
         layout,

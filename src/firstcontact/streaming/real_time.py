@@ -62,7 +62,10 @@ def real_time_process(
 
 
 def _raise_priority() -> tuple[int, os.sched_param] | None:
-    """Raise this thread's priority. Return its former scheduling; None if this was refused."""
+    """Raise this thread's priority. Return its earlier scheduling, to restore it.
+
+    Return None if the system refused.
+    """
     if sys.platform != "linux":
         return None
     former = os.sched_getscheduler(0), os.sched_getparam(0)
@@ -74,9 +77,9 @@ def _raise_priority() -> tuple[int, os.sched_param] | None:
 
 
 def _lock_memory() -> Callable[[], object] | None:
-    """Lock this process in memory.
+    """Lock this process in memory, so that it is never paged out.
 
-    Return the function that unlocks it; None if this was refused.
+    Return a function that unlocks it; None if the system refused.
     """
     with suppress(OSError, AttributeError):  # a system without these functions
         system = ctypes.CDLL(None)

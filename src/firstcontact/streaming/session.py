@@ -155,8 +155,10 @@ class LiveSession:
     ) -> Iterator[Event]:
         """Yield events until the source ends or a limit is reached.
 
-        ``hurry`` pauses the garbage collector, ``together`` is the longest wait of outputs (s), and
-        ``until`` the end by ``time.monotonic()``.
+        ``hurry(True)`` pauses the garbage collector. ``together`` is the longest time between
+        updates of the outputs, s, ``until`` the end by ``time.monotonic()``, s. ``pinches`` is the
+        number of pinches after which the session ends, None for any number. ``stopped`` returns
+        True to end it now.
         """
         updated = last_arrival = time.monotonic()
         is_urgent = False
@@ -185,7 +187,10 @@ class LiveSession:
                 return
 
     def _read(self, last_arrival: float) -> list[Arrival]:
-        """Wait for samples, and return them. While estimates are due, poll instead of sleeping."""
+        """Wait for new samples, and return them. While an estimate is due, poll without sleeping.
+
+        ``last_arrival`` is the time at which the last samples arrived, by ``time.monotonic()``, s.
+        """
         if self.pipeline.is_predicting and self._can_poll:
             until = last_arrival + POLL
             due = last_arrival + self._least / self.pipeline.layout.rate - EARLY
@@ -268,7 +273,7 @@ class LiveSession:
         return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
-        """Process newly arrived samples. Return True if outputs should get them immediately."""
+        """Process samples that have arrived. Return True if outputs should get them immediately."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         if arrival.markers or arrival.pinches:
@@ -285,7 +290,7 @@ class LiveSession:
         return bool(arrival.markers) or len(self._events) > event_count
 
     def _act(self, events: Iterable[Event]) -> None:
-        """Pass events to the grasp policy immediately, and store them for the outputs."""
+        """Pass each event to the grasp policy, and store it for the outputs."""
         for event in events:
             if self.grasping is not None:
                 self.grasping.on_event(event)
@@ -305,13 +310,13 @@ class LiveSession:
                 self._names[event.number] = self._objects.name
 
     def _close_source(self) -> None:
-        """Close the source. Store the samples that it has received, for recorder and outputs."""
+        """Store the samples that the source has received, and close it."""
         self._was_connected = self.source.health.connected
         self._arrivals += drain(self.source)
 
     def _update(self) -> None:
-        """Pass stored samples and events to the recorder and the outputs."""
-        arrivals, self._arrivals = _fewer(self._arrivals), []
+        """Pass the stored samples and events to the recorder and the outputs."""
+        arrivals, self._arrivals = _merge_arrivals(self._arrivals), []
         events, self._events = tuple(self._events), []
         pinches = [event for event in events if isinstance(event, PinchDone)]
         self._recording.add(
@@ -330,8 +335,11 @@ class LiveSession:
         self.fanout.put(Update(arrivals, events, health, self.recording, self._figures, failed))
 
 
-def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
-    """Merge arrivals into as few as possible. Each gets the arrival time of its last samples."""
+def _merge_arrivals(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
+    """Merge arrivals whose samples follow each other without a gap.
+
+    A merged arrival has the arrival time of its last samples.
+    """
     hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
     blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)

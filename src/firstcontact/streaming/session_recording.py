@@ -128,7 +128,7 @@ class SessionRecording:
             self._note(pinch, name)
 
     def _record_positions(self, block: Block, *, is_predicting: bool) -> None:
-        """Add the hand's positions up to a block, but not while estimates are due."""
+        """Record the hand's positions up to the end of a block, but not while estimates are due."""
         hand = None if self._grasping is None else self._grasping.hand
         if self._grasping is None or hand is None or not hand.position_rate > 0:
             return

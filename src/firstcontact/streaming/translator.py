@@ -231,7 +231,7 @@ class Translator:
                 yield ContactWithdrawn(pinch.contacts[0], e.known, pinch.epoch)
                 pinch.withdraw()
             case EventKind.ESTIMATED if e.flags & Flag.FINAL:
-                yield self._settle(pinch, self._last_used(e), e.known, "")
+                yield self._settle(pinch, self._last_sample_used(e), e.known, "")
             case EventKind.ESTIMATED:
                 yield self._add_estimate(pinch, e)
             case EventKind.NOT_ESTIMATED:
@@ -249,14 +249,14 @@ class Translator:
             pinch.unmeasured = contact if pinch.closing_speed is None else None
         yield ContactEvent(contact, is_first, pinch.epoch, self.now)
 
-    def _last_used(self, e: ChainEvent) -> int:
-        """Return the number of the last sample that an estimate uses."""
+    def _last_sample_used(self, e: ChainEvent) -> int:
+        """Return the number of the last sample that an estimate of the chain uses."""
         assert self.predictor is not None
         return e.sample + e.samples + self.predictor.lookahead - 1
 
     def _add_estimate(self, pinch: OpenClosing, e: ChainEvent) -> Estimate:
         assert self.predictor is not None
-        last = self._last_used(e)
+        last = self._last_sample_used(e)
         first, block, rate = pinch.contacts[0], self._block, self.layout.rate
         complete = max(last, first.decided)
         waited = (block.end - 1 - complete) / rate + self._delay
@@ -293,9 +293,10 @@ class Translator:
     def _settle(
         self, pinch: OpenClosing, last: int, complete: int, reason: str
     ) -> Estimate | NoEstimate:
-        """Return the final estimate from samples up to ``last``, or a report that there is none.
+        """Return the final estimate from samples up to number ``last``.
 
-        ``complete`` is the number of the last sample that was needed to decide this.
+        If there is none, return a report with the ``reason``. ``complete`` is the number of the
+        last sample that was needed to decide this.
         """
         final = pinch.settle(last, self.layout.rate, real_time=self.real_time)
         if self.real_time:
@@ -305,7 +306,7 @@ class Translator:
         return final or NoEstimate(pinch.contacts[0], reason, complete, pinch.epoch)
 
     def _watch_strips(self, stop: int) -> None:
-        """Search the strips' samples for contacts, up to the sample ``stop`` of this closing."""
+        """Search for contacts in the strips' samples of this closing, before number ``stop``."""
         pinch, block = self._pinch, self._block
         if pinch is None or pinch.epoch != block.epoch:
             return
@@ -315,9 +316,9 @@ class Translator:
             self._strips.watch(Block(data, start, block.epoch))
 
     def _ask_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the closing speed that was measured just before a contact; None if unknown.
+        """Return the hand's closing speed just before the contact at ``sample``; None if unknown.
 
-        The measurement may take milliseconds.
+        Asking the hand may take milliseconds.
         """
         if self.measure_speed is None:
             return None

@@ -78,7 +78,7 @@ def _pinches(n: int) -> Dataset:
 
 
 def _live(model: AnytimeModel, pinch: Pinch) -> list[tuple[Pinch, Estimate]]:
-    """Run a live session of one closing. Return each estimate with the pinch, as pairs."""
+    """Run a live session of one closing. Return its estimates, each as a pair with the pinch."""
     pipeline = Pipeline(pinch.layout, pretrained_detector(), model, real_time=False)
     events = [*pipeline.update(Block(pinch.data, pinch.first_sample), 0.0), *pipeline.finish()]
     return [(pinch, event) for event in events if isinstance(event, Estimate)]

@@ -56,7 +56,7 @@ def check_policy(policy_class: type[Policy]) -> None:
 
 
 def _settings(policy_class: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
-    """Yield arguments for a policy: none, then random values of the settings that a study tunes."""
+    """Yield arguments of a policy: first none, then a random value of each tunable setting."""
     yield {}
     if policy_class.tunables:
         yield {name: chance.choice((*t.tried, *t.few)) for name, t in policy_class.tunables.items()}

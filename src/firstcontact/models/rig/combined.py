@@ -150,6 +150,9 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
 
 
 def _stage_inputs(model: RigModel, touches: Touches) -> NDArray[np.float64]:
-    """Return the regression's inputs for each signal length, shape (stages, n, inputs)."""
+    """Return the inputs of the rig's regression, shape (signal lengths, contacts, inputs).
+
+    The signal lengths are :attr:`Rig.STAGES`.
+    """
     cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

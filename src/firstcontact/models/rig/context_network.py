@@ -62,7 +62,10 @@ class ContextNetwork:
         return array
 
     def _integers(self, arrays: Arrays, name: str, columns: int) -> int:
-        """Check and store a matrix of 16-bit integers and its scales. Return its number of rows."""
+        """Check and store a matrix of 16-bit integers with its scales. Return the number of rows.
+
+        Raise ModelError if the matrix is missing or has another number of ``columns``.
+        """
         weight = arrays.get(f"{name}.weight", np.zeros(0))
         if weight.dtype != np.int16 or weight.ndim != 2 or weight.shape[1] != columns:
             raise ModelError(
@@ -96,11 +99,11 @@ class ContextNetwork:
         ]
 
     def rig_term(self, tokens: NDArray[Any], general: NDArray[Any]) -> NDArray[np.float32]:
-        """Return the vectors by which a rig shifts the second layer, shape (stages, directions).
+        """Return the vectors that a rig adds to the input of the network's second layer.
 
-        ``tokens`` are the rig's features for each signal length and Shore A, ``general`` those of
-        the whole rig; see :class:`Rig`. Raise ModelError if the weights are so large that
-        predictions may overflow.
+        The shape is (signal lengths, inputs of the layer). ``tokens`` are features of the rig for
+        each signal length and Shore A, ``general`` those for the whole rig; see :class:`Rig`. Raise
+        ModelError if the weights are so large that predictions may overflow.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             e = self._scaled("token", tokens)

@@ -158,7 +158,7 @@ def known_rigs(
 
 
 def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
-    """Return positions of random pinches in order, at most ``MOST_OF_LEVEL`` for each Shore A."""
+    """Return ascending indices of pinches: at most ``MOST_OF_LEVEL`` random ones per Shore A."""
     rng = np.random.default_rng(seed)
     chosen = []
     for level in np.unique(shore_a):
@@ -222,7 +222,11 @@ class HeldOut:
         return replace(self, errors=errors)
 
     def _bias(self, truth: Values, least_levels: int) -> NDArray[np.float64]:
-        """Return the offset at each scored time; zeros with too few levels for a line."""
+        """Return the bias of the predictions at each scored time, at medium Shore A.
+
+        ``truth`` holds the Shore A of each pinch. With fewer than ``least_levels`` different
+        values, the bias is 0. A bias that is uncertain is reduced.
+        """
         levels = np.unique(truth)
         if len(levels) < least_levels:
             return np.zeros(len(self.errors))
@@ -310,7 +314,7 @@ def rig_estimators() -> dict[str, type[NetworkEstimator]]:
 
 
 def _rig_sentence(shore_a: Values, made: Adapted) -> str:
-    """Return a sentence on the number of pinches that the network was adapted to."""
+    """Return a sentence that states how many pinches the network was adapted to."""
     levels, counts = np.unique(shore_a, return_counts=True)
     per = " and finger" if made.by_finger else ""
     limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
@@ -321,7 +325,7 @@ def _rig_sentence(shore_a: Values, made: Adapted) -> str:
 
 
 def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
-    """Return a sentence on the use of measured closing speeds, or [] if none was measured."""
+    """Return a sentence on how the model uses measured closing speeds; [] if none was measured."""
     is_measured = np.isfinite(touches.speeds)
     if not is_measured.any():
         return []
@@ -349,7 +353,7 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
 
 
 def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
-    """Return sentences for the user on held-out errors, and on the coverage of the intervals."""
+    """Return sentences for the user: errors on held-out pinches, and coverage of intervals."""
     if made.check is None:
         return ["errors and intervals were not checked, because there are too few pinches"]
     alone = made.scores[RigModel.kind]

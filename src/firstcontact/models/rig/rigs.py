@@ -241,10 +241,11 @@ def _tokens(
     shore_a: Values,
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
-    """Return features of the pinches of each group, shape (groups, Rig.TOKEN).
+    """Return the rig's features for each Shore A, shape (groups, Rig.TOKEN).
 
-    ``groups`` holds positions of contacts with the same Shore A. Signals end ``stage`` samples
-    after the contact. ``sign`` and ``level`` are those of the rig.
+    Each array in ``groups`` holds the indices of contacts with the same Shore A. The features use
+    the first ``stage`` samples after a contact. ``sign`` and ``level`` are the polarity and the
+    signal level of the rig.
     """
     n = len(touches)
     valid = np.minimum(touches.valid, stage)
@@ -269,7 +270,7 @@ def _tokens(
 
 
 def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the median over all waveforms at each sample, without NaN; 0 where all are NaN."""
+    """Return the median of waveforms at each sample. NaN is ignored; all NaN gives 0."""
     is_finite = np.isfinite(waves)
     filled = np.where(is_finite, waves, np.inf)
     filled.sort(axis=0)
@@ -342,14 +343,18 @@ def _log_ratio(speeds: Values, usual: float) -> Values:
 
 
 def _bounded(errors: Values) -> Values:
-    """Return relative errors of closing speeds, at least ``LEAST_SPREAD``. NaN counts as exact."""
+    """Return the relative errors of closing speeds, raised to at least ``LEAST_SPREAD``.
+
+    NaN counts as an exact speed.
+    """
     return np.maximum(np.where(np.isnan(errors), 0.0, errors), LEAST_SPREAD)
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of ``values`` without outliers and without measurement noise.
+    """Return the standard deviation of values, without outliers and measurement noise.
 
-    ``noise`` holds the variance of the noise of each value.
+    ``noise`` holds the variance of the measurement noise of each value. The result is at least
+    ``LEAST_SPREAD``.
     """
     low, high = np.quantile(values, [0.25, 0.75])
     reach = FENCE * max(high - low, LEAST_SPREAD)

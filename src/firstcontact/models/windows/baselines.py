@@ -64,9 +64,9 @@ class TrainMean(Estimator):
 
 
 def _log_peak(X: NDArray[Any]) -> Values:
-    """Return ln(largest magnitude) of each window, shape (n,).
+    """Return ln(largest magnitude) of each window, shape (windows,).
 
-    Windows are (n, samples, channels).
+    ``X`` has the shape (windows, samples, channels).
     """
     peak: Values = np.log(np.abs(X).max(axis=(1, 2)).astype(np.float64))
     return peak

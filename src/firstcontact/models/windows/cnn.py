@@ -215,8 +215,8 @@ class Cnn(Estimator):
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
         """Scale windows and targets for training.
 
-        Return the specification, the scales of the windows and of the targets, the scaled windows,
-        and the scaled targets, shape (n, outputs).
+        Return five values: specification of the model, scale of the windows, scale of the targets,
+        scaled windows, and scaled targets, shape (n, outputs).
         """
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
@@ -234,9 +234,9 @@ def _batch(n: int) -> int:
 
 
 def _one_cycle(step: int, steps: int) -> float:
-    """Return the learning rate at step ``step`` of ``steps``, relative to the largest.
+    """Return the learning rate at step ``step`` of ``steps``, as a share of the highest rate.
 
-    It rises linearly, then falls as a cosine.
+    The rate rises linearly, then falls as a cosine.
     """
     rise = max(1, round(RISE * steps))
     if step < rise:
@@ -259,9 +259,9 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 
 
 def _train(examples: Sequence[tuple[Inputs, Inputs]], epochs: int, seed: int) -> list[EfficientNet]:
-    """Train one network for each pair of inputs and targets, all in one loop.
+    """Train one network for each pair of inputs and targets, all in the same loop.
 
-    Weights depend only on the data, the seed and the number of threads.
+    The weights depend only on the data, the seed and the number of threads.
     """
     import torch
 

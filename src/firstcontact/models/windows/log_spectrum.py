@@ -205,7 +205,7 @@ class LogSpectrum(Estimator):
     def _search(
         self, X: Windows, y: Values, groups: NDArray[Any] | None, seed: int
     ) -> tuple[str, float]:
-        """Return the kind of features and the C with the least loss on held-out groups.
+        """Return the kind of features and the parameter C with the least loss on held-out windows.
 
         C is the inverse strength of the regularisation.
         """
@@ -233,7 +233,11 @@ class LogSpectrum(Estimator):
         folds: list[tuple[NDArray[np.intp], NDArray[np.intp]]],
         c: float,
     ) -> float:
-        """Return the mean loss on held-out folds: negative log probability, or squared error."""
+        """Return the weighted mean loss on the held-out folds, for the parameter ``c``.
+
+        The loss is the negative log probability of the true class, or the squared error in a
+        regression.
+        """
         losses, held_out = [], []
         for train, validation in folds:
             learned = None if groups is None else groups[train]
@@ -251,17 +255,17 @@ class LogSpectrum(Estimator):
                 losses.append(-np.log(np.maximum(right, LEAST)))
             held_out.append(validation)
         positions = np.concatenate(held_out)
-        share = _evenly(self.task, y, groups)[positions]
+        share = _even_weights(self.task, y, groups)[positions]
         return float(np.average(np.concatenate(losses), weights=share))
 
 
 def _folds(
     y: Values, groups: NDArray[Any] | None, seed: int
 ) -> Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return folds, as pairs of training and held-out positions.
+    """Return folds as pairs of index arrays: windows for training, and held-out windows.
 
-    Each holds out one group (session). With many groups, or without groups, there are ``FOLDS``
-    folds.
+    Each fold holds out one group (session). With too many groups, one group or none, there are
+    ``FOLDS`` folds.
     """
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
@@ -269,8 +273,11 @@ def _folds(
     return [(np.flatnonzero(groups != name), np.flatnonzero(groups == name)) for name in names]
 
 
-def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
-    """Return sample weights with mean 1. Each class and each group has the same total weight."""
+def _even_weights(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
+    """Return a weight per sample, so that all classes and all groups have the same total weight.
+
+    The mean weight is 1.
+    """
     weights = np.ones(len(y))
     classes = np.unique(y, return_inverse=True)[1]
     if groups is not None:
@@ -292,7 +299,7 @@ def _fit(
     c: float,
     accuracy: float = ACCURACY,
 ) -> tuple[Values, Values, Values]:
-    """Fit the linear model to inputs (n, features) with weights from :func:`_evenly`.
+    """Fit the linear model to inputs (n, features) with weights from :func:`_even_weights`.
 
     Return the scale (mean and standard deviation of each feature), weights (features, outputs), and
     bias (outputs,).
@@ -302,7 +309,7 @@ def _fit(
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.linear_model import LogisticRegression, Ridge
 
-    share = _evenly(task, y, groups)
+    share = _even_weights(task, y, groups)
     mean = np.average(inputs, axis=0, weights=share)
     deviation = np.sqrt(np.average((inputs - mean) ** 2, axis=0, weights=share))
     # A feature that hardly varies is not scaled up.

@@ -137,7 +137,7 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
     title = name or kind.__name__
     with foreign_errors(title):
         fits = all(callable(getattr(regressor, method, None)) for method in ("fit", "predict"))
-        task = Task.CLASSIFICATION if _classifies(regressor) else Task.REGRESSION
+        task = Task.CLASSIFICATION if _is_classifier(regressor) else Task.REGRESSION
     if not fits:
         raise ArgumentError(
             f"{title} is not a regressor: give a class or an instance with fit(X, y) and predict(X)"
@@ -211,7 +211,7 @@ def to_skops(fitted: Any, title: str) -> bytes:
             f"{title} cannot be saved by skops ({summarize_error(error)}): choose another regressor"
         ) from None
     _check_types(raw, title)
-    return _renumbered(raw)
+    return _number_objects(raw)
 
 
 def from_skops(raw: bytes) -> Any:
@@ -240,8 +240,8 @@ def _check_types(raw: bytes, title: str) -> None:
         )
 
 
-def _renumbered(raw: bytes) -> bytes:
-    """Return the bytes of a skops file with objects numbered in order, not by memory address."""
+def _number_objects(raw: bytes) -> bytes:
+    """Return the bytes of a skops file in which numbers replace the memory addresses of objects."""
     numbers: dict[str, str] = {}
     buffer = io.BytesIO()
     with ZipFile(io.BytesIO(raw)) as archive, ZipFile(buffer, "w") as renumbered:
@@ -256,8 +256,8 @@ def _renumbered(raw: bytes) -> bytes:
     return buffer.getvalue()
 
 
-def _classifies(regressor: Any) -> bool:
-    """Return True for a scikit-learn classifier, as an instance or a class."""
+def _is_classifier(regressor: Any) -> bool:
+    """Return True for a scikit-learn classifier, given as an instance or a class."""
     if isinstance(regressor, type):
         from sklearn.base import ClassifierMixin
 

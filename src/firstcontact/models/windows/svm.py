@@ -145,9 +145,10 @@ _RIDGE = 1e-8
 def _reduced_sets(
     vectors: NDArray[Any], gamma: float, weights: NDArray[Any], inputs: NDArray[Any]
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield smaller sets of support vectors that approximate the same outputs for ``inputs``.
+    """Yield subsets of the support vectors, from small to large, with nearly the same outputs.
 
-    Each set holds the indices of its vectors, their weights, and a correction of the bias.
+    The outputs are compared on ``inputs``. Each subset is a tuple: indices of its vectors, their
+    new weights, and what to add to the bias.
     """
     wide = vectors.astype(np.float64)
     kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
@@ -218,11 +219,14 @@ class Svm(Estimator):
         scaled = (y - target[0]) / target[1]
         parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
         machine = svm_machine(self.task, parameters).fit(inputs, library_targets(self.task, scaled))
-        return _model(spec, level, machine, target, np.array(parameters))
+        return _to_svm_model(spec, level, machine, target, np.array(parameters))
 
 
 def _sample(task: Task, y: Values) -> NDArray[np.intp]:
-    """Return positions of the windows to fit to, ascending: all, or random ``MOST_WINDOWS``."""
+    """Return ascending indices of the windows to fit to: all, or ``MOST_WINDOWS`` random ones.
+
+    In a classification, at least one window of each class is included.
+    """
     if len(y) <= MOST_WINDOWS:
         return np.arange(len(y))
     order = np.random.default_rng(0).permutation(len(y))
@@ -314,14 +318,14 @@ def _loss(
     return float(np.sqrt(np.mean((predicted - truth) ** 2)))
 
 
-def _model(
+def _to_svm_model(
     spec: Spec,
     level: NDArray[np.float64],
     machine: Any,
     target: NDArray[np.float64],
     parameters: NDArray[np.float64],
 ) -> SvmModel:
-    """Return the package's model with the support vectors of a fitted SVC or SVR."""
+    """Convert a fitted SVC or SVR of scikit-learn into a model of this package."""
     weights, bias = machine.dual_coef_, machine.intercept_
     if spec.task is Task.CLASSIFICATION:
         if len(spec.classes) == 2:  # only here a positive value means the second class
@@ -339,7 +343,11 @@ def _model(
 
 
 def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the support vectors' weights for each pair of classes, from libsvm's packed ones."""
+    """Return the support vectors' weights for each pair of classes, shape (pairs, vectors).
+
+    ``dual`` holds them in libsvm's format, shape (classes - 1, vectors), and ``counts`` the number
+    of support vectors of each class.
+    """
     end = np.cumsum(counts)
     start = end - counts
     pairs = list(combinations(range(len(counts)), 2))

@@ -135,10 +135,7 @@ class _Viewer:
     pinged: float = math.inf  # time of the ping without a reply; infinite if there is none
 
     async def watch(self) -> None:
-        """Wait until a viewer that closed the hand has been silent too long.
-
-        Then raise TimeoutError.
-        """
+        """Raise TimeoutError once a viewer that has closed the hand is silent for too long."""
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
         raise TimeoutError
@@ -157,7 +154,7 @@ class _Viewer:
             await asyncio.sleep(PAUSE)
 
     def drop(self) -> None:
-        """Disconnect the viewer without a closing handshake, which would wait for its reply."""
+        """Disconnect the viewer at once, without waiting for its reply."""
         self.connection.transport.abort()
 
 
@@ -203,7 +200,10 @@ class PageServer:
         return answered
 
     def _drop_silent_viewer(self) -> bool:
-        """Disconnect the viewer that has been silent longest. Return False if all are active."""
+        """Disconnect the viewer that has been silent longest, and return True.
+
+        Return False if no viewer is silent.
+        """
         slowest = min(self._viewers.values(), key=lambda viewer: viewer.pinged)
         if time.monotonic() - slowest.pinged < GRACE:
             return False
@@ -250,7 +250,7 @@ class PageServer:
             await asyncio.sleep(TICK)
 
     async def _tell(self, connection: ServerConnection, viewer: _Viewer) -> None:
-        """Send the changed parts of the page's state to a viewer, as fast as it reads them."""
+        """Send the parts of the page's state that change to a viewer, as fast as it reads them."""
         await connection.send(f'{{"hello":{viewer.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0

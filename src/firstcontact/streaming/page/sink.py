@@ -117,7 +117,10 @@ def _make(session: LiveSession, options: OutputOptions) -> PageSink:
 
 
 def _landmarks(model: Model) -> dict[str, float]:
-    """Return the mean label of each object that a model was trained on, to mark on the scale."""
+    """Return the mean label of each object in the model's training data, by the object's name.
+
+    The page marks these values on its scale.
+    """
     data = model.trained_on
     if not model.predictors or model.default().quantity.name != data.target:
         return {}

@@ -138,7 +138,10 @@ class Now(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True, eq=False)
 class _Part:
-    """Part of the page's state, its JSON text once computed, and a count of its changes."""
+    """Part of the page's state: its value, the number of its changes, and its JSON text.
+
+    The text is None until a viewer needs it.
+    """
 
     tree: Any
     count: int
@@ -201,7 +204,7 @@ class State:
             self._pending.append(update)
             # Without a viewer, consecutive samples are processed together.
             if len(self._pending) >= PENDING:
-                self._settle()
+                self._process_updates()
 
     def changed(self, seen: dict[str, int]) -> dict[str, str]:
         """Return the JSON of the parts that changed since the last call for a viewer, by name.
@@ -210,7 +213,7 @@ class State:
         """
         new: dict[str, str] = {}
         with self._lock:
-            self._settle()
+            self._process_updates()
             for name, part in self._parts.items():
                 if seen.get(name) != part.count:
                     seen[name] = part.count
@@ -222,11 +225,11 @@ class State:
     def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
         """Return the plotted columns from number ``since`` on; see :meth:`Columns.since`."""
         with self._lock:
-            self._settle()
+            self._process_updates()
             return self._columns.since(since)
 
-    def _settle(self) -> None:
-        """Process the waiting updates in order: the samples of each update, then its events."""
+    def _process_updates(self) -> None:
+        """Process the waiting updates in order: first the samples of an update, then its events."""
         pending, self._pending = self._pending, []
         arrivals: list[Arrival] = []
         for update in pending:
@@ -273,7 +276,8 @@ class State:
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
         """Return the mean of each force cell of a finger, row by row of the 3×2 array.
 
-        The unit is that of the channel. Return [] if a value is not finite.
+        ``columns`` are the finger's columns in ``data``. The unit is that of the channel. Return []
+        if a value is not finite.
         """
         ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)

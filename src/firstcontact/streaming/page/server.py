@@ -141,7 +141,10 @@ class _Viewer:
         raise TimeoutError
 
     async def ping(self) -> None:
-        """Ping the viewer regularly. If it stops to reply, disconnect it and raise TimeoutError."""
+        """Ping the viewer at intervals. If it does not reply, disconnect it.
+
+        Then raise TimeoutError.
+        """
         while True:
             self.pinged = time.monotonic()
             try:

@@ -123,7 +123,7 @@ def read_subjects(path: Path) -> dict[str, SubjectResults]:
 
 
 def front_table(subjects: Mapping[str, SubjectResults]) -> Table:
-    """Return the table of the README: a few results in plain words, each beside yardsticks.
+    """Return the table of the README: a few results, each with values for comparison.
 
     Lines without results are left out.
     """
@@ -139,7 +139,7 @@ def front_table(subjects: Mapping[str, SubjectResults]) -> Table:
          [(by_model["cnn"], "with the paper's CNN"), (by_model["svm"], "with its SVM"),
           (by_model["peak"], "with the peak amplitude alone")]),
         ("Error for new objects in everyday conditions", "everyday", "one", by_package,
-         [(by_model["log_spectrum"], "with a log spectrum, which needs 15 ms of signal")]),
+         [(by_model["log_spectrum"], "with a model of the log spectrum of 15 ms of signal")]),
         ("Pinches with an estimate before the second finger touches, everyday", "everyday", "whole",
          ready, [(ready_window, "if the model waits for 15 ms, as in the paper")]),
     ]  # fmt: skip
@@ -151,7 +151,7 @@ def front_table(subjects: Mapping[str, SubjectResults]) -> Table:
         if all(c.text != ABSENT for c in (cell, *others)):
             beside = (f"{c.text} {words}" for c, (_, words) in zip(others, yardsticks, strict=True))
             lines.append(Line([Cell(words), cell, Cell(", ".join(beside))]))
-    return Table("", ["on the simulated hand", "result", "yardstick"], lines)
+    return Table("", ["on the simulated hand", "result", "for comparison"], lines)
 
 
 def study_tables(path: Path) -> dict[str, str]:

@@ -97,7 +97,10 @@ def _parse(arguments: list[str]) -> Any:
 
 
 def _with_option(error: InputError, verb: Any) -> str:
-    """Return the message of an error. It starts with the wrong option or path, if one is known."""
+    """Return the message of an error, after the wrong option or path if one is known.
+
+    ``verb`` is the command, whose options have the names of its fields.
+    """
     if not error.parameter or verb is None:
         return str(error)
     field = getattr(verb, "options", {}).get(error.parameter, error.parameter)

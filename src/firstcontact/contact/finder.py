@@ -22,7 +22,7 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
     """
     n = windows.shape[1]
     first = max(LEAST_LOUD, n - search)
-    counts, weights = _sides(n, first)
+    counts, weights = _split_sizes(n, first)
     # Row 0 is the quiet side of each split, row 1 the loud side.
     means = np.empty((2, len(windows), counts.shape[2]))
     variances = np.empty_like(means)
@@ -40,11 +40,11 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
 
 
 @lru_cache(maxsize=64)
-def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return numbers of samples on both sides of each split of ``n`` samples, and their weights.
+def _split_sizes(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the sizes of the two parts into which ``n`` samples can be split, and weights.
 
-    The left side has ``first`` samples in the first split, and one more in each later one. Both
-    arrays have the shape (2, 1, splits).
+    The first part has ``first`` samples in the first split, and one more in each later split. The
+    weights are those of the parts' log variances. Both arrays have the shape (2, 1, splits).
     """
     left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
     counts = np.stack([left, n - left])[:, None]
@@ -92,7 +92,10 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
 
 
 def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, float]]:
-    """Return sample and loudness of each contact in one channel, in time order."""
+    """Return a pair for each contact in one channel, in time order: sample and loudness.
+
+    The loudness is the level after the contact, relative to the quiet level.
+    """
     ahead, behind, apart, lag = (
         max(1, samples_in(span, rate)) for span in (AHEAD, BEHIND, APART, CHANGE)
     )

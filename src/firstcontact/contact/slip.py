@@ -58,7 +58,10 @@ class SlipDetector(ABC):
 
 @dataclass(slots=True)
 class _Hold:
-    """State while the hand holds an object: newest samples, and power of the noise without slip."""
+    """State of a slip detector while the hand holds an object.
+
+    It stores the newest samples, and the power of the vibration without slip.
+    """
 
     part: NDArray[np.float64]  # samples of the piece in progress
     sum: NDArray[np.float64]

@@ -225,10 +225,9 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 
 
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
-    """Return the decision value above which a window counts as a contact.
+    """Return the threshold on decision values that detects the most first contacts correctly.
 
-    It detects the most first contacts correctly. ``decision`` holds the decision value of each
-    window.
+    ``decision`` holds the decision value of each window. A higher one counts as a contact.
     """
     is_quiet = data.first & ~data.positive
     is_loud = data.first & data.positive

@@ -61,7 +61,7 @@ def feature_count(step: int) -> int:
 
 
 def _means(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return the means of spans of the last axis of ``x``. The spans begin and end at ``edges``."""
+    """Return the mean of each span of the last axis of ``x``, between neighbouring ``edges``."""
     pieces = x[..., : edges[-1]]
     out: NDArray[np.float64] = np.add.reduceat(pieces, edges[:-1], axis=-1) / np.diff(edges)
     return out

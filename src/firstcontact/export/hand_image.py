@@ -98,7 +98,7 @@ def hand_image(
 def _drop_other_fingers(model: ModelConstants, fingers: Sequence[Finger | None]) -> ModelConstants:
     """Return the constants without the regressions of rigs whose finger is not in ``fingers``.
 
-    If a finger in ``fingers`` has no rig of its own, the rig without a finger keeps its regression.
+    If a finger in ``fingers`` has no rig, the rig without a finger keeps its regression.
     """
     numbers = {-1 if finger is None else list(Finger).index(finger) for finger in fingers}
     if not numbers <= {rig.finger for rig in model.rigs}:

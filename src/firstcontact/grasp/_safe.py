@@ -111,7 +111,7 @@ class SafeHand(Hand):
     def silenced(self) -> bool:
         """True if the hand was opened because the program was silent. :meth:`release` resets it."""
         with self._change:
-            self._act()
+            self._do_due_action()
             return self._pacer.silenced
 
     @property
@@ -133,7 +133,7 @@ class SafeHand(Hand):
             except ValueError as error:
                 self._release()
                 raise HandError(f"{error}; the hand was released") from error
-            self._act()
+            self._do_due_action()
             self._change.notify()
             self._check()
 
@@ -148,7 +148,7 @@ class SafeHand(Hand):
         self._leaving.rearm()
         with self._change:
             self._check()
-            self._act()  # judges the silence, which this call ends
+            self._do_due_action()  # judges the silence, which this call ends
             self._pacer.alive(self._clock())
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
@@ -252,7 +252,7 @@ class SafeHand(Hand):
 
     def _check_silence(self) -> None:
         self._check()
-        self._act()
+        self._do_due_action()
         self._check()
         if self._pacer.silenced:
             raise HandError(
@@ -306,7 +306,7 @@ class SafeHand(Hand):
         _log.info("hand %s failed: %s", self.name, error)
         return False
 
-    def _act(self) -> None:
+    def _do_due_action(self) -> None:
         """Send a command or open the hand, if one of these is due now."""
         if self._release_requested:
             self._release_requested = False
@@ -323,7 +323,7 @@ class SafeHand(Hand):
     def _watch(self) -> None:
         with self._change:
             while not self._closed:
-                self._act()
+                self._do_due_action()
                 longest = inf
                 if isinstance(self._hand, SeparateHand) and self._failure is None:
                     longest = MUTE / 2

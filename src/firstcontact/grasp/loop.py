@@ -118,7 +118,7 @@ class GraspLoop:
         if not self._closing or self._first is None or self._missed:
             self.counts.unused += 1
             return False
-        command = self._ask(self.policy.estimated, estimate)
+        command = self._call_policy(self.policy.estimated, estimate)
         if command is None:  # the policy ignores this estimate and waits for another
             return False
         if not self._forward(command):
@@ -186,9 +186,11 @@ class GraspLoop:
             self._act(self.policy.late)
 
     def _act(self, method: Callable[..., Command | None], *arguments: object) -> None:
-        self._forward(self._ask(method, *arguments))
+        self._forward(self._call_policy(method, *arguments))
 
-    def _ask(self, method: Callable[..., Command | None], *arguments: object) -> Command | None:
+    def _call_policy(
+        self, method: Callable[..., Command | None], *arguments: object
+    ) -> Command | None:
         """Call a method of the policy, and return its command.
 
         Raise InputError with the policy's name if the method fails, or returns neither a command

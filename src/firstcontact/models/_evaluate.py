@@ -166,7 +166,7 @@ def _evaluation(
             )
         rows = members & has_both & is_known
         if rows.any():
-            groups.append(_group(title, predictor, predictions, truth, dataset, rows))
+            groups.append(_score_group(title, predictor, predictions, truth, dataset, rows))
     scored = sum(group.n for group in groups)
     return Evaluation(
         predictor=predictor.name,
@@ -180,7 +180,7 @@ def _evaluation(
     )
 
 
-def _group(
+def _score_group(
     title: Overlap,
     predictor: SavedPredictor,
     predictions: Mapping[float, Predictions],

@@ -132,8 +132,8 @@ def choose_detector(
     except InputError:  # a part of the pinches has too few known contacts
         reason = "the package's detector is used: too few known contacts to compare it"
         return shipped, label_alignment(dataset) if is_known else shipped_alignment, reason
-    by_fitted = _is_placed(dataset, fitted_alignment)
-    by_shipped = _is_placed(dataset, shipped_alignment)
+    by_fitted = _is_detected(dataset, fitted_alignment)
+    by_shipped = _is_detected(dataset, shipped_alignment)
     gain = int(by_fitted.sum()) - int(by_shipped.sum())
     takes_fitted = gain > np.sqrt(np.count_nonzero(by_fitted != by_shipped))
     used = "a detector fitted to these pinches" if takes_fitted else "the package's detector"
@@ -149,7 +149,7 @@ def choose_detector(
     return detector, label_alignment(dataset) if is_known else alignment, reason
 
 
-def _is_placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
+def _is_detected(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
     """Return a mask over the known contacts, True if the detector found the contact.
 
     It counts as found on the same finger and within 3 ms.

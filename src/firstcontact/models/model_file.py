@@ -156,7 +156,10 @@ def _predictor(
 
 
 def _check_detector(folder: Path, card: ModelCard) -> None:
-    """Raise ModelError if the detector in the folder is not the one that the card names."""
+    """Raise ModelError if the detector in the folder is not the one that the card names.
+
+    A folder without a detector passes, and so does a card that names none.
+    """
     file = folder / DETECTOR_CARD
     if card.detector is None or not file.exists():
         return
@@ -229,7 +232,7 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
 
 
 def _card_format(path: Path) -> str | None:
-    """Return the ``format`` that a card states; None if the file is not a readable card."""
+    """Return the field ``format`` of a card; None if the file is not a readable card."""
     try:
         return read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD).format
     except (InputError, OSError):

@@ -120,7 +120,7 @@ def inner_folds(
 
 
 def _strata(y: NDArray[Any], k: int) -> Index:
-    """Return a class number per target, with which folds can be balanced.
+    """Return a number for each target, equal within a class, to balance the folds by class.
 
     Many different targets are first divided into ranges. All numbers are 0 if a class has fewer
     than ``k`` targets.

@@ -108,7 +108,7 @@ def held_out_with_spread(
         jobs += [(number, places[i : i + size]) for i in range(0, len(places), size)]
     # Read-only views of mappings, as estimators declare them, cannot be pickled.
     plain = [replace(question, options=dict(question.options)) for question in questions]
-    answers = runner.map(_held_out, jobs, plain, seed)
+    answers = runner.map(_predict_held_out, jobs, plain, seed)
     out = [np.full((2, len(q.data)), np.nan) for q in questions]
     has_spread = dict.fromkeys(range(len(questions)), True)
     for (number, places), by_place in zip(jobs, answers, strict=True):
@@ -123,13 +123,14 @@ def held_out_with_spread(
     ]
 
 
-def _held_out(
+def _predict_held_out(
     job: tuple[int, range], questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
     """Fit models without some of the windows, and predict these held-out windows.
 
-    ``job`` holds the number of a question, and the numbers of some of its splits. Return a pair for
-    each split: predictions, and their standard deviations or None.
+    ``job`` holds the index of one of the ``questions`` (model and data to score), and the indices
+    of some of its splits. Return a pair for each split: predictions, and standard deviations or
+    None.
     """
     question = questions[job[0]]
     splits, data = [question.splits[place] for place in job[1]], question.data

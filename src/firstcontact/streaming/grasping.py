@@ -229,7 +229,7 @@ class Grasping:
                 self._forget_contact()
                 self.loop.withdrawn()
             case Estimate():
-                self._estimated(event)
+                self._process_estimate(event)
             case NoEstimate():
                 self.loop.retract()
             case PinchDone():
@@ -325,7 +325,7 @@ class Grasping:
     def _is_silenced(self) -> bool:
         return self._safe is not None and self._safe.silenced
 
-    def _estimated(self, estimate: Estimate) -> None:
+    def _process_estimate(self, estimate: Estimate) -> None:
         """Pass an estimate to the policy, unless the policy has used an estimate of equal length.
 
         An estimate that is out of range counts as missing.

@@ -142,7 +142,7 @@ def live_session(
 
 
 def _model(plan: SessionPlan, source: Source) -> Model:
-    """Return the model that the plan names, or else the default model for the source."""
+    """Return the model that the plan names, or the default model for the source."""
     model = plan.model
     if isinstance(model, str | os.PathLike):
         model = load_model(model, plan.detector)
@@ -153,9 +153,9 @@ def _model(plan: SessionPlan, source: Source) -> Model:
 
 
 def _choose(plan: SessionPlan, model: Model, source: Source) -> _Choice:
-    """Choose the detector and the predictor of a session.
+    """Return the model, detector and predictor of a session.
 
-    For a device that predicts by itself, a model predicts only if the user names it.
+    If the device predicts by itself, a model predicts only if the user names it.
     """
     is_own = source.descriptor.predictor is None or model.folder is not None
     if plan.model is None and not is_own:

@@ -132,7 +132,7 @@ class LiveSession:
             real_time = self.pipeline.real_time
             with real_time_process(real_time=real_time, notify=self.notify) as hurry:
                 yield from self._follow(hurry, together, until, pinches, stopped)
-            self._act(self.pipeline.finish())
+            self._dispatch_events(self.pipeline.finish())
             if self._hand_predictions is not None:
                 self._events += self._hand_predictions.ended()
             yield from self._events[self._given :]
@@ -168,7 +168,7 @@ class LiveSession:
             if not new and self.source.ended:
                 return
             for arrival in new:
-                is_urgent |= self._take(arrival)
+                is_urgent |= self._process_arrival(arrival)
             now = time.monotonic()
             if new:
                 last_arrival = now
@@ -272,7 +272,7 @@ class LiveSession:
     def _least(self) -> int:
         return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
 
-    def _take(self, arrival: Arrival) -> bool:
+    def _process_arrival(self, arrival: Arrival) -> bool:
         """Process samples that have arrived. Return True if outputs should get them immediately."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
@@ -282,14 +282,14 @@ class LiveSession:
         if self.grasping is not None:
             self.grasping.on_samples(block, host)
         event_count = len(self._events)
-        self._act(self.pipeline.update(block, host))
+        self._dispatch_events(self.pipeline.update(block, host))
         if self._hand_predictions is not None:
             self._events += self._hand_predictions.update(arrival.predictions, block, host)
         if self.grasping is not None:
             self._events += self.grasping.after_block(block)
         return bool(arrival.markers) or len(self._events) > event_count
 
-    def _act(self, events: Iterable[Event]) -> None:
+    def _dispatch_events(self, events: Iterable[Event]) -> None:
         """Pass each event to the grasp policy, and store it for the outputs."""
         for event in events:
             if self.grasping is not None:

@@ -95,7 +95,10 @@ class TextSink:
 
 
 def _shore_a(source: Source) -> Callable[[str], float | None]:
-    """Return a function that returns the Shore A of a simulated object by its name, or None."""
+    """Return a function that gives the Shore A of a simulated object by its name.
+
+    The function returns None for unknown names and for sources other than the twin.
+    """
     known = SOURCES["twin"].shore_a if source.descriptor.source == "twin" else None
 
     def shore_a(name: str) -> float | None:

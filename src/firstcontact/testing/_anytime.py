@@ -55,7 +55,7 @@ def check_anytime(estimator_class: type[AnytimeEstimator]) -> None:
     lengths = list(model.lengths)
     assert lengths == sorted(set(lengths)), "the lengths do not ascend"
     assert lengths[0] > 0, "a length is not above 0"
-    estimates = [event for pinch in data.pinches[:6] for event in _live(model, pinch)]
+    estimates = [event for pinch in data.pinches[:6] for event in _live_estimates(model, pinch)]
     assert estimates, "no contact is predicted"
     _check_offline(model, estimates)
     if ESTIMATORS.get(estimator_class.name) is estimator_class:
@@ -77,7 +77,7 @@ def _pinches(n: int) -> Dataset:
     return Dataset(tuple(pinches), "twin")
 
 
-def _live(model: AnytimeModel, pinch: Pinch) -> list[tuple[Pinch, Estimate]]:
+def _live_estimates(model: AnytimeModel, pinch: Pinch) -> list[tuple[Pinch, Estimate]]:
     """Run a live session of one closing. Return its estimates, each as a pair with the pinch."""
     pipeline = Pipeline(pinch.layout, pretrained_detector(), model, real_time=False)
     events = [*pipeline.update(Block(pinch.data, pinch.first_sample), 0.0), *pipeline.finish()]

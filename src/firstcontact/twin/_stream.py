@@ -97,7 +97,7 @@ def _squeezed(run: PinchRun) -> bool:
 def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
     """Yield the motion of the fingers while their speed changes to ``speed``, m/s.
 
-    End before that if a command takes effect.
+    Stop earlier if a command takes effect.
     """
     begin = run.speed
     steps = piece_count(RAMP)

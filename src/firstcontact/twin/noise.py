@@ -80,7 +80,7 @@ class MotorNoise:
 
 
 @lru_cache(maxsize=8)
-def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _interpolation_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return where ``n`` points in time lie between knots that are 20 ms apart, to interpolate.
 
     The first array holds the number of the knot before each point. The second holds the position
@@ -102,7 +102,7 @@ def phalanx_force(
     _kernels.filtered(RUBBING, white, rubbing)
     rubbing = rubbing[200:]
     knots = rng.standard_normal(max(int(duration / 0.02), 2) + 2)
-    cell, part = _knot_places(n, dt)
+    cell, part = _interpolation_places(n, dt)
     slope = np.append(np.diff(knots), 0.0)
     envelope = np.exp(noise.wander * (slope[cell] * part + knots[cell]))
     # Share of white noise's amplitude in the band.
@@ -216,7 +216,7 @@ def read_noise(path: Path) -> RecordedNoise:
         raise FileError(
             f"{path} has less than {LEAST:g} s without a gap: record the sensor at rest for longer"
         )
-    volts = resample(_unsmoothed(layout, data), layout.rate, FINGERTIP_RATE)
+    volts = resample(_undo_smoothing(layout, data), layout.rate, FINGERTIP_RATE)
     volts -= volts.mean(axis=0)
     part = round(0.1 * FINGERTIP_RATE)
     parts = volts[: len(volts) // part * part].reshape(-1, part, volts.shape[1]).std(axis=1)
@@ -229,7 +229,7 @@ def read_noise(path: Path) -> RecordedNoise:
     return RecordedNoise(volts, path.name, hashlib.sha256(path.read_bytes()).hexdigest())
 
 
-def _unsmoothed(layout: Layout, data: NDArray[Any]) -> NDArray[np.float64]:
+def _undo_smoothing(layout: Layout, data: NDArray[Any]) -> NDArray[np.float64]:
     """Return the vibration, V, shape (samples, channels), without the device's smoothing."""
     columns = layout.columns(ChannelKind.VIBRATION)[:2]
     channels = layout.vibration[: len(columns)]

@@ -44,8 +44,8 @@ class ContextNetwork:
                 )
         width = INPUTS
         for name in self.THIN:
-            directions = self._integers(arrays, f"{name}.into", width)
-            width = self._integers(arrays, f"{name}.out", directions)
+            directions = self._store_integers(arrays, f"{name}.into", width)
+            width = self._store_integers(arrays, f"{name}.out", directions)
             self._take(arrays, f"{name}.out.bias", width)
         self._take(arrays, "answer.weight", 3 * self.COMPONENTS, width)
         self._take(arrays, "answer.bias", 3 * self.COMPONENTS)
@@ -61,7 +61,7 @@ class ContextNetwork:
         self._arrays[name] = array
         return array
 
-    def _integers(self, arrays: Arrays, name: str, columns: int) -> int:
+    def _store_integers(self, arrays: Arrays, name: str, columns: int) -> int:
         """Check and store a matrix of 16-bit integers with its scales. Return the number of rows.
 
         Raise ModelError if the matrix is missing or has another number of ``columns``.

@@ -222,10 +222,11 @@ class HeldOut:
         return replace(self, errors=errors)
 
     def _bias(self, truth: Values, least_levels: int) -> NDArray[np.float64]:
-        """Return the bias of the predictions at each scored time, at medium Shore A.
+        """Return the bias of the predictions, Shore A, at each scored time after a contact.
 
-        ``truth`` holds the Shore A of each pinch. With fewer than ``least_levels`` different
-        values, the bias is 0. A bias that is uncertain is reduced.
+        It is the value in the middle of the scale of a line that is fitted to the mean errors, and
+        is reduced if uncertain. ``truth`` holds the Shore A of each pinch. With fewer than
+        ``least_levels`` different values, the bias is 0.
         """
         levels = np.unique(truth)
         if len(levels) < least_levels:

@@ -263,14 +263,17 @@ def _tokens(
                 [shore_a[group].mean() / 40 - 1, np.log(len(group)) / 2 - 1],
                 middle,
                 np.minimum(high - low, _WIDEST),
-                _median(waves[group]) / level,
+                _median_wave(waves[group]) / level,
             ]
         )
     return out
 
 
-def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the median of waveforms at each sample. NaN is ignored; all NaN gives 0."""
+def _median_wave(waves: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the median of waveforms, shape (waveforms, samples), at each sample.
+
+    NaN is ignored. Where all are NaN, the median is 0.
+    """
     is_finite = np.isfinite(waves)
     filled = np.where(is_finite, waves, np.inf)
     filled.sort(axis=0)
@@ -323,11 +326,11 @@ class RigSpeeds:
         speed) from the motor's pitch, and ``believed`` is True where that is reliable. All have
         shape (n,). Return None if no speed is exact enough.
         """
-        is_measured = np.isfinite(speeds) & (_bounded(errors) <= USELESS)
+        is_measured = np.isfinite(speeds) & (_bound_errors(errors) <= USELESS)
         if not is_measured.any():
             return None
         usual = float(np.median(speeds[is_measured]))
-        log, noise = _log_ratio(speeds, usual), _bounded(errors) ** 2
+        log, noise = _log_ratio(speeds, usual), _bound_errors(errors) ** 2
         both = is_measured & believed
         has_spread, has_heard = is_measured.sum() >= FEWEST, both.sum() >= FEWEST
         spread = _spread(log[is_measured], noise[is_measured]) if has_spread else ASSUMED
@@ -342,7 +345,7 @@ def _log_ratio(speeds: Values, usual: float) -> Values:
     return out
 
 
-def _bounded(errors: Values) -> Values:
+def _bound_errors(errors: Values) -> Values:
     """Return the relative errors of closing speeds, raised to at least ``LEAST_SPREAD``.
 
     NaN counts as an exact speed.
@@ -351,7 +354,7 @@ def _bounded(errors: Values) -> Values:
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of values, without outliers and measurement noise.
+    """Return the standard deviation of ``values`` without outliers and measurement noise.
 
     ``noise`` holds the variance of the measurement noise of each value. The result is at least
     ``LEAST_SPREAD``.

@@ -194,7 +194,7 @@ class Cnn(Estimator):
 
         Networks with equally many batches are trained together, which is faster.
         """
-        prepared = [self._prepared(*each) for each in sets]
+        prepared = [self._scale_data(*each) for each in sets]
         groups: dict[object, list[int]] = {}
         for place, (spec, *_, inputs, targets) in enumerate(prepared):
             steps = len(inputs) // _batch(len(inputs))
@@ -210,7 +210,7 @@ class Cnn(Estimator):
                 models[place] = CnnModel(spec, scale, target, training, exported_weights(network))
         return [models[place] for place in range(len(sets))]
 
-    def _prepared(
+    def _scale_data(
         self, X: Windows, y: Values, groups: NDArray[Any] | None
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
         """Scale windows and targets for training.

@@ -264,8 +264,8 @@ def _folds(
 ) -> Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Return folds as pairs of index arrays: windows for training, and held-out windows.
 
-    Each fold holds out one group (session). With too many groups, one group or none, there are
-    ``FOLDS`` folds.
+    Each fold holds out one group, which is a session. With more than ``MOST_GROUPS`` groups, one
+    group or none, there are ``FOLDS`` folds.
     """
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
@@ -299,10 +299,10 @@ def _fit(
     c: float,
     accuracy: float = ACCURACY,
 ) -> tuple[Values, Values, Values]:
-    """Fit the linear model to inputs (n, features) with weights from :func:`_even_weights`.
+    """Fit a linear model to inputs, shape (n, features). Classes and groups count equally.
 
-    Return the scale (mean and standard deviation of each feature), weights (features, outputs), and
-    bias (outputs,).
+    ``c`` is the inverse strength of the regularisation. Return the scale (mean and standard
+    deviation of each feature), weights (features, outputs), and bias (outputs,).
     """
     import warnings
 

@@ -304,15 +304,16 @@ def _loss(
     parameters: tuple[float, float, float],
     kernel: NDArray[np.float64],
     y: Values,
-    asked_kernel: NDArray[np.float64],
+    held_out_kernel: NDArray[np.float64],
     truth: Values,
 ) -> float:
-    """Return the error rate or RMSE on one fold, for ``parameters`` C, gamma and epsilon.
+    """Return the error rate or RMSE on held-out windows, for ``parameters`` C, gamma, epsilon.
 
-    ``kernel`` and ``y`` are for training, ``asked_kernel`` and ``truth`` for the held-out windows.
+    ``kernel`` and ``y`` are for training, ``held_out_kernel`` and ``truth`` for the held-out
+    windows.
     """
     machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
-    predicted = machine.fit(kernel, y).predict(asked_kernel)
+    predicted = machine.fit(kernel, y).predict(held_out_kernel)
     if task is Task.CLASSIFICATION:
         return float(np.mean(predicted != truth))
     return float(np.sqrt(np.mean((predicted - truth) ** 2)))

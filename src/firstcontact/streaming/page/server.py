@@ -229,7 +229,7 @@ class PageServer:
         self._viewers[viewer.name] = viewer
         try:
             async with asyncio.TaskGroup() as tasks:
-                work = self._tell(connection, viewer), viewer.watch(), viewer.ping()
+                work = self._send_changes(connection, viewer), viewer.watch(), viewer.ping()
                 watchers = [tasks.create_task(coroutine) for coroutine in work]
                 await self._listen(connection, viewer)
                 for task in watchers:
@@ -252,8 +252,8 @@ class PageServer:
             # Messages of this viewer wait meanwhile at its end of the connection.
             await asyncio.sleep(TICK)
 
-    async def _tell(self, connection: ServerConnection, viewer: _Viewer) -> None:
-        """Send the parts of the page's state that change to a viewer, as fast as it reads them."""
+    async def _send_changes(self, connection: ServerConnection, viewer: _Viewer) -> None:
+        """Send each changed part of the page's state to a viewer, as fast as the viewer reads."""
         await connection.send(f'{{"hello":{viewer.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0

@@ -271,9 +271,11 @@ class State:
             self._put("closeup", self._closeup.tree())
         if blocks:
             recent = blocks[-1].data[-max(1, round(FORCE_SECONDS * self._layout.rate)) :]
-            self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
+            self._put(
+                "force", {int(f): self._mean_forces(recent, c) for f, c in self._taxels.items()}
+            )
 
-    def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
+    def _mean_forces(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
         """Return the mean of each force cell of a finger, row by row of the 3×2 array.
 
         ``columns`` are the finger's columns in ``data``. The unit is that of the channel. Return []

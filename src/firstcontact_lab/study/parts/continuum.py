@@ -193,8 +193,8 @@ _LARGEST_ROWS: Sequence[Row[_Largest]] = (
 
 _LOSS_ROWS: Sequence[Row[LossBias]] = (
     Row("without loss", lambda b: b.none, "bias"),
-    Row("with the fast arm", lambda b: b.fast, "bias"),
-    Row("with both arms", lambda b: b.both, "bias"),
+    Row("with the fast loss", lambda b: b.fast, "bias"),
+    Row("with fast and slow loss", lambda b: b.both, "bias"),
 )
 
 
@@ -211,12 +211,17 @@ def _tables(results: SubjectResults) -> list[Table | None]:
         for tip, touches in found.tips.items()
     ]
     claim: Sequence[Row[str]] = (
-        Row("power of Shore A", lambda name: found.powers[name], "rho"),
-        Row("straight line with an intercept, R²", lambda name: found.lines[name], "p"),
+        Row("exponent of a power law", lambda name: found.powers[name], "rho"),
+        Row("R² of a straight line with an intercept", lambda name: found.lines[name], "p"),
     )
-    caption = "Peak amplitude of the blocks over Shore A. The soft pad lowers the power."
+    caption = (
+        "How the peak amplitude of the blocks grows with Shore A. A soft pad lowers the exponent."
+    )
     tables.append(matrix(caption, claim, [(Cell(name), name, False) for name in found.powers]))
-    caption = "Shore A that the peak of one touch reads too hard on the blocks' peaks, by the loss."
+    caption = (
+        "Bias of the Shore A that the peak of a touch has on the scale of the blocks, for objects "
+        "without and with loss (+ is too hard)."
+    )
     loss = [(Cell(name), bias, False) for name, bias in found.loss.items()]
     tables.append(matrix(caption, _LOSS_ROWS, loss))
     caption = "Touches of the file of `--waveforms`, in groups."

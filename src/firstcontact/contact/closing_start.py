@@ -37,7 +37,11 @@ RUNNING_OF_FEW = 2.0
 
 
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
-    """Return each finger's noise at rest, from pinches that begin at rest; None if they do not."""
+    """Return each finger's noise at rest, from pinches in which the motor starts after a rest.
+
+    It is infinite for a finger whose motor starts are audible in too few pinches. Return None if
+    that holds for all fingers.
+    """
     running = RUNNING_OF_FEW if len(pinches) < FEW else touch_constants().running
     starts = [start for p in pinches if (start := _rest_and_motor(p, running))]
     if not starts:

@@ -169,8 +169,8 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
     """Return the first contacts that a live session would detect.
 
     The detector for the pinches of a session is fitted to other sessions, or to other pinches if
-    the sessions have no names. A detector that learns nothing, or is shipped fitted, is used as it
-    is.
+    the sessions have no names. A detector that needs no training, or that the package contains
+    already trained, is used unchanged.
     """
     if not detector.learns or is_pretrained(detector):
         return detect_alignment(dataset, detector)

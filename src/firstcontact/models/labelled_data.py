@@ -111,7 +111,7 @@ def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
 
 
 def full_specimen(label: Label) -> str:
-    """Return a specimen's name with its object and level, which is unique in the data."""
+    """Return a specimen's name followed by its object and label value, unique in the data."""
     return f"{label.specimen or 'unnamed'} ({', '.join(_kind(label)) or 'unknown'})"
 
 

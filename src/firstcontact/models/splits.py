@@ -39,7 +39,7 @@ class Split:
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
         """Raise ValueError if a side is empty, or a pinch is on both sides.
 
-        The same holds for a session or specimen that is on both sides, unless ``shares`` allows it.
+        Raise it also if a session or specimen is on both sides, unless ``shares`` allows that.
         """
         if not len(self.train) or not len(self.test):
             raise ValueError(f"split {self.name!r} has an empty side")

@@ -146,7 +146,7 @@ class Touches:
 
     @property
     def answerable(self) -> NDArray[np.bool_]:
-        """True for contacts with enough valid samples for a prediction, shape (n,)."""
+        """Mask of the contacts with enough valid samples for a prediction, shape (n,)."""
         return self.valid >= self.lengths(self.rate)[0]
 
     @property

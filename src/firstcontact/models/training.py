@@ -51,7 +51,8 @@ def fit_models(
 ) -> Sequence[WindowModel]:
     """Fit an estimator to each of several sets of windows. Return one model per set.
 
-    Arguments are those of :func:`fit_model`. Raise TypeError if the estimator makes something else.
+    The other parameters are those of :func:`fit_model`. Raise TypeError if the estimator returns
+    something other than such models.
     """
     estimator = make_estimator(model, task, sets[0].rate, **options)
     with ESTIMATORS.convert_errors(estimator.name):

@@ -36,7 +36,7 @@ def average_with_regressions(
     """Return the network adapted to a rig, averaged with a regression on the rig's pinches.
 
     ``base`` is the network. ``scale`` multiplies the regression's standard deviations, shape
-    (stages,).
+    (signal lengths,).
     """
     rigs = known_rigs(touches, shore_a, seed)
     regressions = {}
@@ -106,10 +106,10 @@ class CombinedEstimator(NetworkEstimator):
 def spread_scale(
     base: RigModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
-    """Return the factors that make a regression as well calibrated as the network, shape (stages,).
+    """Return the factors that make a regression as well calibrated as the network.
 
-    Each factor multiplies the regression's standard deviations at one signal length. Pinches of
-    each Shore A are held out in turn to choose the factors.
+    Each factor multiplies the regression's standard deviations at one signal length, shape (signal
+    lengths,). Pinches of each Shore A are held out in turn to choose the factors.
     """
     ones = np.ones(len(Rig.STAGES))
     squares = np.zeros((2, len(Touches.SCORED_MS)))

@@ -199,7 +199,7 @@ class HeldOut:
         return IntervalCheck(n, float((ratios <= 1).mean(axis=1).min()), scales)
 
     def offset(self, shore_a: Values, rate: float) -> NDArray[np.float64]:
-        """Return the bias to subtract from predictions for the rig, Shore A, shape (stages,).
+        """Return the bias to subtract from predictions for the rig, Shore A, (signal lengths,).
 
         A line is fitted to the mean errors over the Shore A of the rig's blocks. The bias is its
         value at ``MIDDLE``, because noise draws predictions to the middle, which is no bias. The
@@ -209,9 +209,9 @@ class HeldOut:
         return np.interp(Rig.STAGES, Rig.stages_at_scored_times(rate), bias)
 
     def less_offset(self, shore_a: Values) -> HeldOut:
-        """Return the errors of a model with the offset, cross-fitted.
+        """Return the errors after subtracting the offset, which is cross-fitted.
 
-        From the errors of each level, the offset that the other levels give is subtracted.
+        For the pinches of one Shore A, the offset is computed from the pinches of the other values.
         """
         truth, errors = shore_a[self.rows], self.errors.copy()
         levels = np.unique(truth)

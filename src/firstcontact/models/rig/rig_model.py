@@ -172,12 +172,15 @@ class RigModel(AnytimeModel):
         """Return a model that averages this network with the regression of each rig.
 
         Keys of ``regressions`` are finger numbers. ``factors`` turn standard deviations of the
-        average into half widths of intervals, shape (stages,).
+        average into half widths of intervals, shape (signal lengths,).
         """
         return self._changed(regressions=dict(regressions), factors=factors)
 
     def rescaled(self, scales: NDArray[np.float64]) -> Self:
-        """Return the model with intervals scaled by a factor for each signal length, (stages,)."""
+        """Return the model with the intervals of each signal length scaled by a factor.
+
+        ``scales`` holds these factors, shape (signal lengths,).
+        """
         factors = self.factors * scales
         alone = self.network_factors if self.regressions else factors
         return self._changed(factors=factors, network_factors=alone)

@@ -430,7 +430,7 @@ class RigRegression:
         )
 
     def shifted(self, offset: NDArray[np.float64]) -> RigRegression:
-        """Return a copy of the regression with another ``offset``, Shore A, shape (stages,).
+        """Return a copy of the regression with another ``offset``, Shore A, (signal lengths,).
 
         The offset is subtracted from the average of the network and the regression.
         """

@@ -46,7 +46,7 @@ def test_compare_recovers_offset_and_drift_to_one_frame(seed, offset, drift, epo
     recording, truth = random_recording(seed, epochs=epochs)
     agreement = compare(recording, film(truth, offset, drift), FPS)
     assert agreement.within == 1.0
-    assert agreement.disagreeing == ()
+    assert agreement.disagreeing_contacts == ()
     # Half a frame late and half a sample early, on average.
     assert agreement.offset == pytest.approx(offset + 0.5 / FPS - 0.5 / RATE, abs=1e-3)
     assert abs(agreement.drift - drift) < 6 * agreement.drift_error + 1e-9
@@ -66,11 +66,11 @@ def test_compare_names_one_wrong_label_and_keeps_the_fit(seed, wrong, how):
     agreement = compare(recording, frame_times, FPS)
     lead = abs(truth[pair[0]][1] - truth[pair[1]][1])
     if how != "swapped" or lead > 2 / FPS:
-        assert agreement.disagreeing == tuple(pair)
+        assert agreement.disagreeing_contacts == tuple(pair)
         assert agreement.within == pytest.approx(1 - 2 / 80)
     assert abs(agreement.drift - 80e-6) < 6 * agreement.drift_error
     assert any(f"pinch {wrong}, index" in s for s in in_words(agreement)) == (
-        pair[0] in agreement.disagreeing
+        pair[0] in agreement.disagreeing_contacts
     )
 
 

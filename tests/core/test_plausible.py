@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from firstcontact.core.plausible import alike_note, are_alike, clock_note, gravity_note, is_clock
+from firstcontact.core.plausible import (
+    are_alike,
+    clock_column_warning,
+    gravity_unit_warning,
+    is_clock,
+    same_signal_warning,
+)
 
 N = np.arange(9000)
 NOISE = np.random.default_rng(0).normal(size=(9000, 3))
@@ -16,7 +22,7 @@ NOISE = np.random.default_rng(0).normal(size=(9000, 3))
 )
 def test_a_clock_rises_steadily(clock):
     assert is_clock(clock)
-    assert clock_note(["t"], [clock[:, None]])
+    assert clock_column_warning(["t"], [clock[:, None]])
 
 
 @pytest.mark.parametrize(
@@ -41,15 +47,15 @@ def test_a_signal_is_no_clock(signal):
 def test_a_copy_is_alike(factor, noise):
     taps = 20 * np.exp(-(N % 1500) / 30) * np.sin(N / 3) + NOISE[:, 0]
     copy = factor * taps + noise * NOISE[:, 1]
-    assert "a and b" in alike_note(["a", "b"], np.column_stack([taps, copy + 5]))
+    assert "a and b" in same_signal_warning(["a", "b"], np.column_stack([taps, copy + 5]))
     assert are_alike(NOISE[:, 0], factor * NOISE[:, 0] + noise * NOISE[:, 1], is_noise=True)
 
 
 def test_other_signals_are_not_alike():
     hum = 30 * np.sin(2 * np.pi * 50 * N / 4936)
     assert not are_alike(hum + NOISE[:, 0], hum + NOISE[:, 1], is_noise=True)
-    assert not alike_note("abc", NOISE)
-    assert not alike_note("ab", np.zeros((100, 2)))  # two dead channels
+    assert not same_signal_warning("abc", NOISE)
+    assert not same_signal_warning("ab", np.zeros((100, 2)))  # two dead channels
 
 
 @pytest.mark.parametrize(
@@ -59,5 +65,5 @@ def test_other_signals_are_not_alike():
 def test_gravity_at_rest_shows_a_wrong_unit(rest: float, unit: str, word: str) -> None:
     rng = np.random.default_rng(1)
     vectors = rest * np.array([0.6, 0.0, 0.8]) + 0.01 * rng.standard_normal((300, 3))
-    note = gravity_note("accelerometer", vectors, unit)
+    note = gravity_unit_warning("accelerometer", vectors, unit)
     assert (f"are in {word} and" in note) if word else not note

@@ -12,7 +12,7 @@ from firstcontact.core import Command
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinDevice, TwinSource
-from firstcontact.device.twin_words import held_object, order_text, peak_text, read_order
+from firstcontact.device.twin_words import order_text, parse_held_object, peak_text, read_order
 from firstcontact.twin import TwinStream
 
 #: Multiple of real time at which orders still arrive within a closing.
@@ -90,7 +90,7 @@ def test_accelerated_twin_stays_close_to_its_reader() -> None:
             assert count < 60 * 4936, objects
             arrivals = source.read(60.0)
             count += sum(len(a.block.data) for a in arrivals)
-            objects += [held_object(m.text) for a in arrivals for m in a.markers]
+            objects += [parse_held_object(m.text) for a in arrivals for m in a.markers]
 
 
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 100.0))

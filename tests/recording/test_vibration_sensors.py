@@ -88,7 +88,7 @@ def test_a_second_kind_of_sensor_is_refused(tmp_path, check_refused):
 
 def test_invalid_sensor_layouts_are_refused():
     channel = Channel("a", ChannelKind.VIBRATION, None, "V")
-    assert "no finger" in Layout((channel, replace(channel, name="b")), RATE).fault
+    assert "no finger" in Layout((channel, replace(channel, name="b")), RATE).why_unusable
     with pytest.raises(ValueError, match="no vibration channel"):
         Header(Layout((replace(channel, kind=ChannelKind.FORCE, sensor=None),), RATE))
     for wrong in ({"axis": 1}, {"kind": ChannelKind.FORCE}):

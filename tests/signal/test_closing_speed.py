@@ -9,7 +9,7 @@ from scipy.stats import norm, t
 
 from firstcontact.core import InputError
 from firstcontact.signal import closing_speed
-from firstcontact.signal._closing_speed import _few
+from firstcontact.signal._closing_speed import _small_sample_factor
 
 TIMES = np.arange(-0.2, 0.1, 0.005)
 
@@ -100,7 +100,9 @@ def test_coarse_steps_of_an_encoder_count_as_error() -> None:
 def test_few_positions_enlarge_the_error_by_the_quantile_of_student() -> None:
     probability = float(norm.cdf(2))
     for freedom in range(1, 200):
-        assert _few(freedom) == pytest.approx(t.ppf(probability, freedom) / 2, rel=2e-3)
+        assert _small_sample_factor(freedom) == pytest.approx(
+            t.ppf(probability, freedom) / 2, rel=2e-3
+        )
 
 
 STEP = 1e-4

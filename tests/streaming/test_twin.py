@@ -14,7 +14,7 @@ from firstcontact.device import Arrival, Descriptor, Source
 from firstcontact.device.twin_hand import TwinHand
 from firstcontact.device.twin_process import TwinOptions
 from firstcontact.device.twin_source import TwinSource
-from firstcontact.device.twin_words import held_object
+from firstcontact.device.twin_words import parse_held_object
 from firstcontact.grasp import Hand, HandError
 from firstcontact.recording import Marker, load_dataset, read_recording
 from firstcontact.streaming.twin import SHIPPED_HAND, twin_model
@@ -49,8 +49,8 @@ def next_start(source: Source) -> int:
 
     Its end may be known as well, because a busy machine reads late.
     """
-    markers = heard(source, lambda ms: any(held_object(m.text) for m in ms))
-    return max(m.sample for m in markers if held_object(m.text))
+    markers = heard(source, lambda ms: any(parse_held_object(m.text) for m in ms))
+    return max(m.sample for m in markers if parse_held_object(m.text))
 
 
 def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Hand) -> None:
@@ -75,7 +75,7 @@ def test_the_twin_closes_when_it_is_asked() -> None:
             hand.start()
             markers = heard(source, lambda ms: any("peak" in m.text for m in ms))
             (asked,) = (m.sample for m in markers if m.text.endswith("hand: close"))
-            starts = [m.sample for m in markers if held_object(m.text) and m.sample >= asked]
+            starts = [m.sample for m in markers if parse_held_object(m.text) and m.sample >= asked]
             assert starts[0] - asked < 0.6 * FINGERTIP_RATE
 
 

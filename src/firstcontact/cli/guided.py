@@ -100,7 +100,7 @@ class Terminal(Screen):
             )
         return not self._asks
 
-    def in_place(self) -> bool:
+    def object_is_placed(self) -> bool:
         return entered()
 
     def judged(self, judged: Judged) -> None:

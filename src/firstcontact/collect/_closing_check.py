@@ -106,9 +106,9 @@ class ClosingCheck:
         ]
 
     def disagreement(self) -> float | None:
-        """Return how much later the piezo of the first finger showed the contact than the strip, s.
+        """Return the first finger's time of contact by its piezo minus that by its strip, s.
 
-        Return None if the strip or the piezo of that finger showed no contact.
+        Return None if the strip or the piezo of this finger showed no contact.
         """
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None
@@ -118,7 +118,7 @@ class ClosingCheck:
     def _piezo_agrees(self, finger: Finger) -> bool:
         """Return True if the piezo and the strip of a finger show the same contact.
 
-        Also True for a finger without a piezo.
+        Return True also for a finger without a piezo.
         """
         if finger not in self.layout.vibration_fingers:
             return True

@@ -27,7 +27,7 @@ LONGEST = 1 << 27
 
 
 class Status(StrEnum):
-    """Decision of a person about a detected contact; ``FOUND`` before the decision."""
+    """Decision of a person about a detected contact; ``FOUND`` means that there is none yet."""
 
     FOUND = "found"
     ACCEPTED = "accepted"
@@ -39,8 +39,8 @@ class Mark:
     """Contact (onset) in a recording, with a person's decision about it and a label.
 
     ``recording``, ``stretch`` and ``column`` are the indices of the recording, of the block in it,
-    and of the vibration channel. ``sample`` counts from the start of the block. ``found`` is the
-    sample at which the contact was detected, None if the person added it.
+    and of the vibration channel. ``sample`` is counted from the start of the block. ``found`` is
+    the sample at which the contact was detected, None if the person added it.
     """
 
     number: int

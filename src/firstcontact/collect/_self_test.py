@@ -101,14 +101,15 @@ def measure_taps(layout: Layout, taps: Sequence[Tap], rest: Volts) -> TapMeasure
     swings = np.sign(np.take_along_axis(volts, first[:, None], axis=1)[:, 0])
     return TapMeasures(
         len(taps), clipped, np.median(peaks, axis=0), np.median(before, axis=0),
-        np.sign(swings.sum(axis=0)), _decay(layout, usable, rest),
+        np.sign(swings.sum(axis=0)), _fading_times(layout, usable, rest),
     )  # fmt: skip
 
 
-def _decay(layout: Layout, taps: Sequence[Volts], rest: Volts) -> Volts:
-    """Return the time constant with which taps fade in each vibration column, s; NaN if too weak.
+def _fading_times(layout: Layout, taps: Sequence[Volts], rest: Volts) -> Volts:
+    """Return the time constant of the decay of taps in each vibration column, s, shape (columns,).
 
-    Second differences suppress the slow swing of the finger (59 Hz).
+    It is NaN if the taps are too weak. ``rest`` are the columns at rest. Second differences
+    suppress the slow swing of the finger (59 Hz).
     """
     noise = np.diff(rest, 2, axis=0).var(axis=0)
 
@@ -217,14 +218,17 @@ def judge(measured: Measured) -> list[Verdict]:
     verdicts = [*_rest_verdicts(measured), *_touch_verdicts(measured), *_drift_verdicts(measured)]
     if measured.delays is not None and len(measured.delays):
         late = float(np.percentile(measured.delays, 99))
-        verdicts.append(_below("jitter", "", late, DELAY, "s for 99 % of the samples"))
+        verdicts.append(_limit_verdict("jitter", "", late, DELAY, "s for 99 % of the samples"))
     count = f"{measured.lost} of {measured.lost + measured.samples}"
     verdicts.append(Verdict("lost samples", "", count, "0", measured.lost == 0))
     return verdicts
 
 
-def _below(check: str, finger: str, value: float, limit: float, unit: str) -> Verdict:
-    """Return the verdict of a check that requires ``value`` to be from -``limit`` to ``limit``."""
+def _limit_verdict(check: str, finger: str, value: float, limit: float, unit: str) -> Verdict:
+    """Return the verdict of a check that requires ``value`` to be from -``limit`` to ``limit``.
+
+    ``unit`` is the unit of both, such as "V".
+    """
     words = f"{1e3 * value:.1f} m{unit}", f"{1e3 * limit:.1f} m{unit}"
     return Verdict(check, finger, *words, bool(abs(value) <= limit))
 
@@ -245,9 +249,9 @@ def _rest_verdicts(measured: Measured) -> Iterator[Verdict]:
     noise = np.median(parts.std(axis=1), axis=0)
     for k, channel in enumerate(layout.vibration):
         name = finger_name(channel.finger)
-        yield _below("offset", name, offset[k], OFFSET, "V")
-        yield _below("noise", name, noise[k], NOISE, "V RMS")
-        yield _below("hum", name, hum[k], HUM, "V")
+        yield _limit_verdict("offset", name, offset[k], OFFSET, "V")
+        yield _limit_verdict("noise", name, noise[k], NOISE, "V RMS")
+        yield _limit_verdict("hum", name, hum[k], HUM, "V")
 
 
 def _drift_verdicts(measured: Measured) -> Iterator[Verdict]:
@@ -255,7 +259,9 @@ def _drift_verdicts(measured: Measured) -> Iterator[Verdict]:
         return
     slope = np.polyfit(np.arange(len(measured.drift)), measured.drift, 1)[0] * DRIFT_TIME
     for channel, change in zip(measured.layout.vibration, slope, strict=True):
-        yield _below("drift", finger_name(channel.finger), change, DRIFT, "V in five minutes")
+        yield _limit_verdict(
+            "drift", finger_name(channel.finger), change, DRIFT, "V in five minutes"
+        )
 
 
 def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
@@ -264,10 +270,13 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
     taps = {f: measure_taps(layout, t, still) for f, t in measured.taps.items()}
     corners = {f: measure_taps(layout, t, still) for f, t in measured.corners.items()}
     vibration = {c.finger: k for k, c in enumerate(layout.vibration)}
-    rises = {f: {g: _rises(measured, x, g) for g in Finger} for f, x in measured.presses.items()}
-    is_swapped = _answer_exchanged({
+    rises = {
+        f: {g: _rise_above_rest(measured, x, g) for g in Finger}
+        for f, x in measured.presses.items()
+    }
+    is_swapped = _are_fingers_swapped({
         f: (float(t.peak[vibration[f]]), float(t.peak[vibration[f.other]])) for f, t in taps.items()
-    }) or _answer_exchanged({
+    }) or _are_fingers_swapped({
         f: (float(r[f].max(initial=0)), float(r[f.other].max(initial=0))) for f, r in rises.items()
     })  # fmt: skip
     if len(taps) == len(Finger) or len(rises) == len(Finger):
@@ -281,7 +290,7 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
     for f, t in taps.items():
         yield from _tap_verdicts(finger_name(f), t, column[f], quietest, loudest)
         if f in corners:
-            yield from _place_verdicts(finger_name(f), t, corners[f], column[f])
+            yield from _compare_corners(finger_name(f), t, corners[f], column[f])
     for f, r in rises.items():
         messages = array_faults(r[f.other if is_swapped else f])
         words = "; ".join(messages) or "all taxels rise"
@@ -290,22 +299,23 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
 
 def has_array_faults(measured: Measured, finger: Finger) -> bool:
     """Return True if the presses on a finger show a fault of its force array."""
-    return bool(array_faults(_rises(measured, measured.presses[finger], finger)))
+    return bool(array_faults(_rise_above_rest(measured, measured.presses[finger], finger)))
 
 
-def _rises(measured: Measured, x: Volts, finger: Finger) -> Volts:
-    """Return the voltage of each force cell of a finger above the level at rest, V.
+def _rise_above_rest(measured: Measured, x: Volts, finger: Finger) -> Volts:
+    """Return the rise of each force cell of a finger above its voltage at rest, V.
 
-    ``x`` are samples of all columns. The shape is (samples, cells).
+    ``x`` are samples of all columns. The result has the shape (samples, cells).
     """
     columns = measured.layout.columns(ChannelKind.FORCE, finger)
     return np.asarray(x[:, columns] - measured.rest[:, columns].mean(axis=0))
 
 
-def _answer_exchanged(levels: dict[Finger, tuple[float, float]]) -> bool:
-    """Return True if each finger's tap is louder in the other finger's channel.
+def _are_fingers_swapped(levels: dict[Finger, tuple[float, float]]) -> bool:
+    """Return True if each finger's signal is larger in the channel of the other finger.
 
-    ``levels`` are the loudness in the finger's own channel and in the other one, by tapped finger.
+    ``levels`` has two signals, V, for each finger that was tapped or pressed: the one in its own
+    channel, and the one in the other finger's channel. Return False unless it has both fingers.
     """
     return len(levels) == len(Finger) and all(
         other > max(SWAPPED * own, LEAST) for own, other in levels.values()
@@ -327,16 +337,17 @@ def _tap_verdicts(
         words = "positive" if is_positive else "negative"
         yield Verdict("polarity", name, f"a push is {words}", "positive", is_positive)
     if not math.isnan(decay):
-        verdict = _below("rattle", name, decay, DECAY, "s decay")
+        verdict = _limit_verdict("rattle", name, decay, DECAY, "s decay")
         yield verdict if decay else verdict._replace(measured="taps fade into the noise")
 
 
-def _place_verdicts(
+def _compare_corners(
     name: str, middle: TapMeasures, corners: TapMeasures, column: int
 ) -> Iterator[Verdict]:
     """Yield a verdict that compares taps on a pad's corners with taps on its middle.
 
-    Yield nothing if there were no such taps. ``column`` is the finger's vibration column.
+    Yield nothing without taps on corners, or if all taps are too weak. ``name`` is the finger's
+    name, and ``column`` the index of its vibration column.
     """
     sizes = float(middle.peak[column]), float(corners.peak[column])
     if not corners.number or max(sizes) < WEAK:
@@ -376,7 +387,7 @@ def array_faults(rises: NDArray[np.float64]) -> list[str]:
 
 
 def _are_connected(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Return True if two rows (or columns) of a force array always rise equally.
+    """Return True if two rows (or two columns) of a force array always rise by the same voltage.
 
     ``a`` and ``b`` are the rises of their cells, V, shape (samples, cells).
     """

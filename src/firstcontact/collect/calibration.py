@@ -136,9 +136,9 @@ def calibrate(
         words = rest_words(sensor, measured_channel(layout, sensor))
         say(f"{finger_name(sensor.finger):6} {words}")
     if tap:
-        calibration = _with_taps(source, calibration, say)
+        calibration = _measure_taps(source, calibration, say)
     if weigh and confirmed is not None:
-        curves = _curves(_weighings(source, weigh, say, confirmed))
+        curves = _curves(_measure_weights(source, weigh, say, confirmed))
     calibration = replace(calibration, force=curves)
     for sentence in tap_warnings(calibration):
         say(f"warning: {sentence}")
@@ -150,8 +150,8 @@ def calibrate(
     return calibration
 
 
-def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibration:
-    """Ask the person for a tap on each fingertip. Return the calibration with the taps' peaks."""
+def _measure_taps(source: Source, calibration: Calibration, say: Say) -> Calibration:
+    """Ask the person to tap each fingertip. Return the calibration with the peaks of the taps."""
     layout = source.descriptor.layout
     for finger in layout.vibration_fingers:
         place = (
@@ -172,10 +172,14 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
     return tuple(fit_force([w for w in weighings if w.finger is f]) for f in fingers)
 
 
-def _weighings(
+def _measure_weights(
     source: Source, weigh: Sequence[float], say: Say, confirmed: Callable[[], bool]
 ) -> list[Weighing]:
-    """Ask the person to put each weight, N, on each finger. Return the forces with voltages."""
+    """Ask the person to put each weight of ``weigh``, N, on each finger.
+
+    Return the forces with the voltages under them. Once ``confirmed`` returns True, a weight is
+    measured.
+    """
     weighings = []
     link = LinkNews(source.health)
     fingers = source.descriptor.layout.vibration_fingers
@@ -268,7 +272,7 @@ def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel 
 
 
 def is_tapped(layout: Layout) -> bool:
-    """Return True if no vibration sensor is on a finger of a hand: a person taps the objects."""
+    """Return True if no vibration sensor is on a finger, so that a person taps the objects."""
     return all(finger is None for finger in layout.vibration_fingers)
 
 
@@ -349,15 +353,15 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
                 f"{subject} must give a voltage that rises with the force, but {heavy:g} N gives "
                 f"{high:.3f} V and {light:g} N gives {low:.3f} V: check the order of the weights"
             )
-    curve = _fit(finger, force, volts, resistor)
+    curve = _fit_curve(finger, force, volts, resistor)
     rms = float(np.sqrt(np.mean((curve.newtons(volts) - force) ** 2)))
     return replace(curve, rms=rms)
 
 
-def _fit(
+def _fit_curve(
     finger: Finger, force: NDArray[np.float64], volts: NDArray[np.float64], resistor: float
 ) -> ForceCurve:
-    """Fit the force curve of one finger to forces, N, and voltages, V, by least squares."""
+    """Fit the force curve of a finger to forces, N, and voltages, V, shape (n,)."""
     ratio = volts / ADC_VOLTS
     conductance = ratio / (1 - ratio) / resistor
     worth = (1 - ratio) ** 2  # dV/dg apart from a constant factor

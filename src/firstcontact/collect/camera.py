@@ -45,10 +45,10 @@ class Agreement:
     @property
     def within(self) -> float:
         """Share of contacts whose two times differ by at most one frame, 0 to 1."""
-        return 1.0 - len(self.disagreeing) / len(self.residuals)
+        return 1.0 - len(self.disagreeing_contacts) / len(self.residuals)
 
     @property
-    def disagreeing(self) -> tuple[Key, ...]:
+    def disagreeing_contacts(self) -> tuple[Key, ...]:
         """Contacts (pinch, finger) whose two times differ by more than one frame."""
         return tuple(k for k, r in self.residuals.items() if abs(r) > 1.0 / self.fps)
 
@@ -130,10 +130,11 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Fit offset and drift of two clocks by least squares to the contacts in the mask ``near``.
+    """Fit the offset and the drift between two clocks by least squares.
 
-    Return the fitted parameters, and the drift's standard error. If there are too few contacts,
-    return ``otherwise`` and NaN.
+    ``difference`` has a time difference for each contact, s, and ``design`` a row for each contact.
+    ``near`` is a mask of the contacts to use. Return the fitted parameters and the standard error
+    of the drift. If there are too few contacts, return ``otherwise`` and NaN.
     """
     a, b = design[near], difference[near]
     fitted, _, rank, _ = np.linalg.lstsq(a, b, rcond=None)
@@ -156,7 +157,7 @@ def in_words(agreement: Agreement) -> Sequence[str]:
         f"clocks      camera - device {agreement.offset:+.4f} s at sample 0, drift "
         f"{1e6 * agreement.drift:+.1f} ppm (standard error {1e6 * agreement.drift_error:.1f} ppm)",
     ]
-    for number, finger in agreement.disagreeing:
+    for number, finger in agreement.disagreeing_contacts:
         off = 1e3 * agreement.residuals[number, finger]
         lines.append(f"disagrees   pinch {number}, {finger.name.lower()}: camera {off:+.2f} ms")
     for number, finger in agreement.left_out:

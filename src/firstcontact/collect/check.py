@@ -114,9 +114,9 @@ class _Steps:
         self.delays: list[Volts] = []
 
     def pieces(self, request: str, task: str, seconds: float, piece: float) -> Iterator[Volts]:
-        """Ask the person for ``request``. Yield the samples of ``seconds`` s in pieces.
+        """Show a request to the person. Yield the samples of the next ``seconds`` s in pieces.
 
-        A piece lasts ``piece`` s. ``task`` is the same request for a simulated person.
+        A piece lasts ``piece`` s. ``task`` is the same request, as a simulated person reads it.
         """
         self._say(request)
         self._order(task)
@@ -124,19 +124,22 @@ class _Steps:
         waiting = np.zeros((0, self._layout.width))
         for _ in range(round(seconds / piece)):
             while len(waiting) < length:
-                waiting = np.concatenate([waiting, *self._arrived()])
+                waiting = np.concatenate([waiting, *self._next_samples()])
             yield waiting[:length]
             waiting = waiting[length:]
 
     def samples(self, request: str, task: str, seconds: float) -> Volts:
-        """Ask the person for ``request``. Return the samples of the next ``seconds`` s.
+        """Show the ``request`` to the person. Return the samples of the next ``seconds`` s.
 
-        ``task`` is the same request for a simulated person.
+        ``task`` is the same request, as a simulated person reads it.
         """
         return np.concatenate(list(self.pieces(request, task, seconds, PIECE)))
 
     def presses(self, finger: Finger, start: str = "") -> Volts:
-        """Ask the person to press all places of a finger. Return the samples meanwhile."""
+        """Ask the person to press all six places of a finger. Return the samples of this time.
+
+        ``start`` is a text before the request.
+        """
         name = finger_name(finger)
         request = f"{start}press the {name}'s six places in turn, each for a second, within "
         return self.samples(f"{request}{PRESSES:g} s", f"press {name}", PRESSES)
@@ -144,7 +147,7 @@ class _Steps:
     def taps(self, finger: Finger, rest: Volts) -> list[Tap]:
         """Ask the person for taps on a finger. Return the detected taps.
 
-        ``rest`` are the vibration columns at rest.
+        ``rest`` are samples of the vibration columns at rest, V.
         """
         name = finger_name(finger)
         request = (
@@ -170,7 +173,10 @@ class _Steps:
         return taps
 
     def corner_taps(self, finger: Finger, rest: Volts) -> list[Tap]:
-        """Ask the person for a tap on each corner of a finger's pad. Return the detected taps."""
+        """Ask the person for a tap on each corner of a finger's pad. Return the detected taps.
+
+        ``rest`` are samples of the vibration columns at rest, V.
+        """
         name = finger_name(finger)
         columns = self._layout.columns(ChannelKind.VIBRATION)
         x, taps = np.zeros((0, len(columns))), list[Tap]()
@@ -183,7 +189,7 @@ class _Steps:
         return taps
 
     def _order(self, task: str) -> None:
-        """Give the task to a simulated person. Drop the samples from before the request."""
+        """Drop all samples so far. Send the task to a simulated person, and await the answer."""
         self._source.order(tester_text(task))
         self._source.read(0)
         if self._source.twin_hand is None:
@@ -194,8 +200,8 @@ class _Steps:
                 if any(is_accepted(m.text, tester_text(task)) for m in arrival.markers):
                     return
 
-    def _arrived(self) -> list[Volts]:
-        """Return the next samples in physical units. Store their transport delays."""
+    def _next_samples(self) -> list[Volts]:
+        """Return the next samples in physical units. Append their delays, s, to ``self.delays``."""
         raw = []
         for arrival in wait_for_arrivals(self._source):
             block = arrival.block
@@ -255,7 +261,9 @@ def write_page(
         facts=escape("; ".join(fact for fact in facts if fact)),
         faults="".join(faults),
         rows="\n".join(rows),
-        figures="\n".join(_drawing(f, measured, t[0].volts) for f, t in measured.taps.items() if t),
+        figures="\n".join(
+            _tap_figure(f, measured, t[0].volts) for f, t in measured.taps.items() if t
+        ),
     )
     write_text(path, page)
 
@@ -266,10 +274,10 @@ def summary(verdicts: list[Verdict]) -> str:
     return f"{count} of {len(verdicts)} checks found a fault" if count else "no fault was found"
 
 
-def _drawing(finger: Finger, measured: Measured, volts: Volts) -> str:
-    """Return an HTML figure of a tap in both vibration channels, 7 ms before to 33 ms after it.
+def _tap_figure(finger: Finger, measured: Measured, volts: Volts) -> str:
+    """Return an HTML figure of a tap on ``finger``, from 7 ms before it to 33 ms after it.
 
-    ``volts`` has the shape (samples, channels).
+    ``volts`` is the tap in all vibration channels, V, shape (samples, channels).
     """
     height = 1.1 * float(np.abs(volts).max())
     times = 1e3 * (np.arange(len(volts)) / measured.layout.rate - BEFORE)

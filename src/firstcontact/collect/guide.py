@@ -29,7 +29,7 @@ from firstcontact.core.quantity import MODULUS, SHORE_A, STIFFNESS
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import check_text, parse_float, parse_int
 from firstcontact.device import Arrival
-from firstcontact.device.twin_words import held_object
+from firstcontact.device.twin_words import parse_held_object
 from firstcontact.recording import PinchMark
 from firstcontact.recording.table import read_rows
 from firstcontact.recording.untrusted import quote
@@ -215,7 +215,7 @@ class Guide:
     def update(self, arrival: Arrival) -> list[Judged]:
         """Process the next samples. Return the results of the closings that have ended."""
         for marker in arrival.markers:
-            self._announced = held_object(marker.text) or self._announced
+            self._announced = parse_held_object(marker.text) or self._announced
         block = arrival.block
         judged: list[Judged] = []
         for start in range(0, len(block.data), self._piece):
@@ -224,7 +224,7 @@ class Guide:
         return judged
 
     def finish(self) -> list[Judged]:
-        """Return the result of the last closing, which the end of the samples cut short; or []."""
+        """Return the result of a closing that had not ended at the last sample; [] without one."""
         check = self._check
         return self._judge() if check is not None and check.anchor is not None else []
 
@@ -283,8 +283,8 @@ class Guide:
 class _Noise:
     """Meter of the noise in the quietest 0.1 s, as a multiple of the calibrated noise.
 
-    ``floors`` are the calibrated noises of the vibration channels. ``ratio`` is the result, that of
-    the louder channel.
+    ``floors`` are the calibrated noises of the vibration channels. ``ratio`` is the result: the
+    multiple for the channel in which it is largest.
     """
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:

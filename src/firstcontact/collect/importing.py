@@ -21,7 +21,7 @@ from firstcontact.core import (
 )
 from firstcontact.core.files import AnyPath, given_path, resolved, temporary_path
 from firstcontact.core.installation import require_extra
-from firstcontact.core.plausible import alike_note, clock_note
+from firstcontact.core.plausible import clock_column_warning, same_signal_warning
 from firstcontact.recording import IMPORTERS, Header, Importer, write_dataset
 from firstcontact.recording.dataset import pinches_by_session
 
@@ -123,7 +123,7 @@ def import_recordings(
         dataset = importer.read(path, rate, **options)
         if not isinstance(dataset, Dataset):
             raise TypeError(f"{type(dataset).__name__} is not a Dataset")
-    dataset = _with_source(_with_doubts(dataset), path, source)
+    dataset = _set_source(_add_warnings(dataset), path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     header = Header(
@@ -149,12 +149,15 @@ def import_recordings(
     return replace(dataset, pinches=tuple(written))
 
 
-def _with_doubts(dataset: Dataset) -> Dataset:
-    """Add notes to a dataset about vibrations that look like a clock, or like the same signal."""
+def _add_warnings(dataset: Dataset) -> Dataset:
+    """Add warnings to a dataset if a vibration looks like a clock, or two look the same."""
     columns = dataset.layout.columns(ChannelKind.VIBRATION)
     names = [dataset.layout.column_names[column] for column in columns]
     parts = [pinch.data[:, columns] for pinch in dataset.pinches[:MOST_COMPARED]]
-    doubts = filter(None, (clock_note(names, parts), alike_note(names, np.concatenate(parts))))
+    doubts = filter(
+        None,
+        (clock_column_warning(names, parts), same_signal_warning(names, np.concatenate(parts))),
+    )
     return replace(dataset, notes=(*dataset.notes, *(f"warning: {doubt}" for doubt in doubts)))
 
 
@@ -194,10 +197,11 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
     return importer
 
 
-def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
-    """Return the dataset with the source (origin) that the file or the user states.
+def _set_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
+    """Set the source (origin) of a dataset to the one that its file or the user states.
 
-    Raises ArgumentError if they differ. Adds a note if neither states one.
+    ``source`` is the one that the user states, or None. Raises ArgumentError if the file states
+    another one. If neither states one, add a note.
     """
     if source is not None and dataset.source not in ("unknown", source):
         raise ArgumentError(

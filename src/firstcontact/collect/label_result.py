@@ -41,7 +41,7 @@ def write_labelled(
     notes = [*recording.header.notes.splitlines(), _note(marks, by), *recording.skipped]
     notes = [line for line in notes if NO_CONTACTS not in line]
     header = replace(recording.header, notes="\n".join(notes))
-    pinches = list(_pinches(recording, accepted))
+    pinches = list(_pinch_marks(recording, accepted))
     try:
         with creating(path) as temporary:
             _write(temporary, header, recording, pinches, accepted, by)
@@ -83,7 +83,7 @@ def _write(
             writer.write(block)
             for name, blocks in recording.groups.items():
                 for slow in blocks:
-                    if slow.epoch == block.epoch and _within(recording, name, slow, block):
+                    if slow.epoch == block.epoch and _begins_during(recording, name, slow, block):
                         writer.write(slow, name)
         for marker in recording.markers:
             writer.marker(marker)
@@ -104,8 +104,11 @@ def _how(mark: Mark, rate: float) -> str:
     return f"moved by {1e3 * (mark.sample - mark.found) / rate:+.2f} ms"
 
 
-def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if ``slow``, a block of the slower group ``name``, begins during ``block``."""
+def _begins_during(recording: Recording, name: str, slow: Block, block: Block) -> bool:
+    """Return True if the block ``slow`` of the slower group ``name`` belongs to ``block``.
+
+    It belongs to the first block of its epoch that ends after it begins, or else to the last one.
+    """
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate
@@ -114,10 +117,11 @@ def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
     return owner is block
 
 
-def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMark]:
+def _pinch_marks(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMark]:
     """Yield the mark of a pinch for each accepted contact.
 
-    A contact of the other finger that follows soon is the second contact of the same pinch.
+    If a contact of the other finger follows within ``ONE_PINCH`` s, it is the second contact of the
+    same pinch.
     """
     rate = recording.header.layout.rate
     fingers = recording.header.layout.vibration_fingers

@@ -124,7 +124,7 @@ _QUESTION = re.compile(rb'"ask"\s*:')
 
 @dataclass(frozen=True, slots=True)
 class _Request:
-    """Message of the page that asks for the signal around a sample, or for the end of labelling."""
+    """Message from the page: a request for the signal around a sample, or to end the labelling."""
 
     ask: Literal["signal", "finish"]
     number: Whole = 0
@@ -137,8 +137,9 @@ class _Request:
 class Session:
     """State of the labelling of some recordings, stored in a journal in the folder ``out``.
 
-    :meth:`finish` writes the labelled recordings to ``out``. ``by`` is the labels' origin. Raises
-    FileError if ``out`` already holds labelled recordings, or a journal of others.
+    :meth:`finish` writes the labelled recordings to ``out``. ``by`` is the origin of the
+    labels. Raises FileError if ``out`` already holds labelled recordings, or a journal about other
+    recordings.
     """
 
     def __init__(

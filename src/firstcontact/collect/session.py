@@ -47,11 +47,11 @@ class Screen:
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
         """Show the next object. Return False if the person must put the object in place first.
 
-        ``recorded`` of the ``wanted`` valid pinches are recorded.
+        ``wanted`` valid pinches of it are planned, of which ``recorded`` are recorded.
         """
         return True
 
-    def in_place(self) -> bool:
+    def object_is_placed(self) -> bool:
         """Return True once the person has put the next object in place."""
         return True
 
@@ -104,7 +104,7 @@ def _follow(
                 source.order(object_text(label.object))  # for a hand that is simulated
                 source.mark(object_text(label.object))
                 named = label
-        if guide.paused and screen.in_place():
+        if guide.paused and screen.object_is_placed():
             guide.paused = False
         arrivals = source.read(WAIT)
         recorder.put(arrivals)
@@ -249,7 +249,7 @@ def record(
     if object:
         use = given_choice(Role, role, "role")
         item = Item(object, pinches, shore_a, specimen, use, modulus_mpa, stiffness_n_per_mm)
-    items = _items(source, item, plan)
+    items = _planned_items(source, item, plan)
     floors = given_calibration(calibration)
     folder = given_path(out, "out")
     try:
@@ -313,12 +313,13 @@ def _record(
     return earlier.path
 
 
-def _items(
+def _planned_items(
     source: Source, item: Item | None, plan: AnyPath | Sequence[Item] | None
 ) -> tuple[Item, ...]:
-    """Return the objects to record: one item, or a plan. Raise ArgumentError for both or neither.
+    """Return the objects to record: ``item`` alone, or those of ``plan``.
 
-    For a simulated hand, look up the Shore A of objects without one.
+    If the source is a simulated hand, an object without a label gets the Shore A of the simulated
+    object. Raises ArgumentError if both ``item`` and ``plan`` are given, or neither.
     """
     if (plan is None) == (item is None):
         raise ArgumentError(
@@ -342,7 +343,7 @@ def _items(
 
 
 class _CountingScreen(Screen):
-    """Display that shows nothing, and calls ``step(1)`` for each valid pinch."""
+    """Screen that shows nothing, and calls ``step(1)`` for each valid pinch."""
 
     def __init__(self, step: Callable[[int], object]) -> None:
         self._step = step

@@ -100,5 +100,5 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Device number of the last sample needed to report this event: ``complete``."""
+        """Device number of the sample that had to arrive before this event: ``complete``."""
         return self.complete

@@ -31,9 +31,11 @@ Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 
 def _check_fields(record: Any, *, positive: Sequence[str], size: Sequence[str]) -> None:
-    """Convert a record's finger and numbers to Finger and float. Raise ArgumentError if invalid.
+    """Convert a record's finger to Finger, and its numbers to float. Check their values.
 
-    Fields named in ``positive`` must be above 0. Those in ``size`` must be 0 or more, or None.
+    ``record`` is changed in place. The values of the fields named in ``positive`` must be above 0.
+    Those of the fields named in ``size`` must be 0 or more, or None. Raises ArgumentError
+    for any other value.
     """
     if record.finger is not None:
         object.__setattr__(record, "finger", given_choice(Finger, record.finger, "finger"))
@@ -169,7 +171,7 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields that identify a JSON file as a calibration, and the version of its format."""
+    """Name and version of the format of a calibration file."""
 
     format: str = ""
     version: int | None = None

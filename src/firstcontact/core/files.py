@@ -76,9 +76,9 @@ def files_below(folder: Path, suffix: str) -> list[Path]:
 
 
 def file_in(folder: Path, name: str) -> Path:
-    """Return the path of the file in a folder whose name equals ``name``, if need be without case.
+    """Return the path of the file called ``name`` in a folder.
 
-    Return ``folder / name`` if there is no such file.
+    If there is none, return a file whose name differs only in case, or else ``folder / name``.
     """
     if (folder / name).exists() or not folder.is_dir():
         return folder / name
@@ -209,7 +209,7 @@ def written_elsewhere(
     """Save a folder in another place because ``path`` cannot be written. Return the error to raise.
 
     ``write`` fills the folder that it gets. The returned error names both places. If no other place
-    can be written either, it is ``error``.
+    can be written either, the result is ``error``.
     """
     if path.parent.suffix == ".part":  # this folder is temporary
         path = path.parent.with_name(path.name)
@@ -252,13 +252,19 @@ def write_json(path: Path, tree: Any) -> None:
 
 
 def _siblings(path: Path, kind: str) -> list[Path]:
-    """Return the temporary (kind "part") or replaced ("old") folders beside ``path``."""
+    """Return the folders next to ``path`` that writers of ``path`` left behind.
+
+    For ``kind`` "part" these are temporary folders, and for "old" folders with replaced contents.
+    """
     name = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.{kind}")
     return [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]
 
 
 def _make_locked(path: Path) -> tuple[Path, int]:
-    """Create and lock a temporary folder beside ``path``. Return it and the lock's descriptor."""
+    """Create and lock a temporary folder next to ``path``.
+
+    Return the folder and the file descriptor of the lock.
+    """
     while True:
         folder = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
         folder.mkdir()

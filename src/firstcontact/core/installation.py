@@ -84,7 +84,7 @@ def installed_versions() -> dict[str, str]:
 def load_compiled(name: str) -> Any:
     """Import a module of compiled functions, such as ``firstcontact.twin._compiled``.
 
-    Raises InputError if it is missing, or was compiled from other C sources than the clone's.
+    Raises InputError if it is missing, or was compiled from other C sources than this clone has.
     """
     try:
         module = import_module(name)

@@ -282,7 +282,7 @@ class Layout:
         return {**tree, "groups": groups} if groups else tree
 
     @property
-    def fault(self) -> str:
+    def why_unusable(self) -> str:
         """Text that says why this layout cannot be used; "" if it can."""
         if not self.vibration:
             return "no vibration channel"

@@ -56,7 +56,7 @@ def hertz_stiffness(modulus: float, radius: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Command to the motors of a hand. It stays in force until the next command.
+    """Command to the motors of a hand. It applies until the next command.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ class Label:
     Raises
     ------
     InputError
-        A value cannot be what its field states, such as a Shore A outside 0 to 100.
+        A value is impossible for its field, such as a Shore A outside 0 to 100.
     """
 
     object: Name = ""
@@ -212,10 +212,10 @@ def check_contacts(
             )
 
 
-def _samples(data: Any, layout: Layout) -> NDArray[Any]:
+def _sample_array(data: Any, layout: Layout) -> NDArray[Any]:
     """Convert the samples of a pinch to an array. Masked samples become NaN.
 
-    Raises ArgumentError if they are not numbers of shape (samples, layout.width).
+    Raises ArgumentError unless ``data`` are numbers of shape (samples, layout.width).
     """
     if isinstance(data, np.ma.MaskedArray):
         masked = np.ma.getmaskarray(data)
@@ -261,7 +261,8 @@ class Pinch(Drawable):
     Raises
     ------
     InputError
-        A contact lies outside the samples, two channels belong to one finger, or the like.
+        The data, layout, contacts or labels do not fit together: for example, a contact lies
+        outside the samples.
 
     Examples
     --------
@@ -284,10 +285,10 @@ class Pinch(Drawable):
     closing_speed: ClosingSpeed | None = None
 
     def __post_init__(self) -> None:
-        if fault := self.layout.fault:
+        if fault := self.layout.why_unusable:
             message = f"the layout has {fault}: give each finger one channel"
             raise ArgumentError(message, parameter="layout")
-        object.__setattr__(self, "data", _samples(self.data, self.layout))
+        object.__setattr__(self, "data", _sample_array(self.data, self.layout))
         object.__setattr__(self, "first_sample", given_whole(self.first_sample, "first_sample"))
         object.__setattr__(self, "truth", tuple(self.truth))
         if self.motor_start is not None:

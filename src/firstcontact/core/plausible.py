@@ -42,7 +42,7 @@ def is_clock(values: NDArray[Any]) -> bool:
     return bool(parts.min() > 0.5 * parts.max())
 
 
-def clock_note(names: Sequence[str], pinches: Sequence[NDArray[Any]]) -> str:
+def clock_column_warning(names: Sequence[str], pinches: Sequence[NDArray[Any]]) -> str:
     """Return a warning that names a column that is a clock in all pinches; "" if there is none.
 
     ``names`` are the names of the columns of each array in ``pinches``, shape (samples, columns).
@@ -56,7 +56,8 @@ def clock_note(names: Sequence[str], pinches: Sequence[NDArray[Any]]) -> str:
 def are_alike(one: NDArray[Any], other: NDArray[Any], *, is_noise: bool = False) -> bool:
     """Return True if two signals are the same, up to an offset, a factor and little noise.
 
-    ``is_noise`` is True for signals at rest. Their differences must then correlate, too.
+    ``is_noise`` is True for signals at rest. The differences
+    between consecutive samples must then correlate, too.
     """
     a, b = one.astype(np.float64), other.astype(np.float64)
     if is_noise:
@@ -64,10 +65,11 @@ def are_alike(one: NDArray[Any], other: NDArray[Any], *, is_noise: bool = False)
     return _correlation(a, b) > ALIKE
 
 
-def gravity_note(name: str, vectors: NDArray[Any], unit: str) -> str:
-    """Return a warning if gravity in an acceleration is 9.81 times too large or small, else "".
+def gravity_unit_warning(name: str, vectors: NDArray[Any], unit: str) -> str:
+    """Return a warning if gravity at rest is 9.81 times too large or too small; otherwise "".
 
-    ``vectors`` has the shape (samples, 3), in ``unit``. Units other than m/s2 are not checked.
+    ``vectors`` are the accelerations of the sensor ``name``, shape (samples, 3), in ``unit``. Only
+    accelerations in m/s2 are checked.
     """
     if unit != "m/s2" or vectors.ndim != 2 or vectors.shape[1] != 3:
         return ""
@@ -81,10 +83,13 @@ def gravity_note(name: str, vectors: NDArray[Any], unit: str) -> str:
     return ""
 
 
-def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = False) -> str:
+def same_signal_warning(
+    names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = False
+) -> str:
     """Return a warning that names two equal columns of ``signals``; "" if there are none.
 
-    ``signals`` has the shape (samples, columns). ``is_noise`` is that of :func:`are_alike`.
+    ``signals`` has the shape (samples, columns). ``is_noise`` is passed to
+    :func:`are_alike`.
     """
     for k, j in combinations(range(len(names)), 2):
         if are_alike(signals[:, k], signals[:, j], is_noise=is_noise):
@@ -97,7 +102,10 @@ def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = 
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Return the squared correlation of two signals; 0 if one is constant or very short."""
+    """Return the squared correlation of two signals, 0 to 1.
+
+    Return 0 if a signal is constant, or if the signals have fewer than ``FEWEST`` samples.
+    """
     if len(a) < FEWEST:
         return 0.0
     a, b = a - a.mean(), b - b.mean()

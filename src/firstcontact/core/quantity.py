@@ -37,8 +37,8 @@ class Quantity:
     is_clipped
         True if prediction intervals are cut at ``least`` and ``most``.
     units
-        Factors that convert to ``unit``, by the name in lower case of each unit in a table. A name
-        with a capital letter is looked up first, as it is. 0 refuses a unit: mPa is not MPa.
+        Factors that convert other units to ``unit``, by the unit's name in lower case. A name with
+        capital letters is looked up first as it is. The factor 0 refuses a unit: mPa is not MPa.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class Quantity:
         return f"{value:g} {self.unit}" if self.is_clipped else f"{self.title} {value:g}"
 
     def error_words(self, error: float) -> str:
-        """Return an error on the scale of :meth:`scaled` as text: "2.00 Shore A" or "x1.20"."""
+        """Return an ``error``, on the scale of :meth:`scaled`, as "2.00 Shore A" or "x1.20"."""
         return f"x{exp(error):.2f}" if self.is_logarithmic else f"{error:.2f} {self.unit}"
 
     def width_words(self, width: float) -> str:
@@ -115,7 +115,7 @@ class Quantity:
 
 
 def _figures(value: float) -> str:
-    """Return a number as text: three significant figures, and all digits before the point."""
+    """Return a number as text: three significant figures, or a whole number from 1000 on."""
     return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
 
 

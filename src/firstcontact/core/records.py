@@ -47,24 +47,24 @@ def read_record(
     try:
         return msgspec.json.decode(data, type=kind, dec_hook=decode_by_name)
     except msgspec.ValidationError as problem:
-        raise error(f"{origin}: {_sentence(str(problem))}: {remedy}") from problem
+        raise error(f"{origin}: {_begin_with_field(str(problem))}: {remedy}") from problem
     except (msgspec.DecodeError, UnicodeDecodeError) as problem:
         raise error(f"{origin} is not JSON in UTF-8: {remedy}") from problem
     except RecursionError as problem:
         raise error(f"{origin} is nested too deeply: {remedy}") from problem
 
 
-def _sentence(problem: str) -> str:
-    """Reword an error message of msgspec as a sentence that begins with the field."""
+def _begin_with_field(problem: str) -> str:
+    """Return an error message of msgspec, reworded so that it begins with the field's name."""
     reason, _, place = problem.rpartition(" - at `")
     if not reason:
-        return _short(problem)
+        return _cut(problem)
     field = place.removesuffix("`").removeprefix("$").removeprefix(".")
-    return f"{field or 'it'} is wrong ({_short(reason[0].lower() + reason[1:])})"
+    return f"{field or 'it'} is wrong ({_cut(reason[0].lower() + reason[1:])})"
 
 
-def _short(text: str, most: int = 200) -> str:
-    """Return a message cut to ``most`` characters, because it may repeat a value of any length."""
+def _cut(text: str, most: int = 200) -> str:
+    """Return ``text``, cut to ``most`` characters: a message may repeat a value of any length."""
     return text if len(text) <= most else f"{text[: most - 1]}…"
 
 

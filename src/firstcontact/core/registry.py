@@ -196,7 +196,7 @@ class Registry(Mapping[str, E], Generic[E]):
             return self._plugins
 
     def _load(self, name: str) -> bool:
-        """Load a plug-in. If that fails, drop the plug-in and return False."""
+        """Load a plug-in. Return True if this succeeds. If it fails, drop the plug-in."""
         with self._lock:
             if name in self._loaded or name not in self._find_plugins():
                 return name in self._loaded
@@ -211,7 +211,7 @@ class Registry(Mapping[str, E], Generic[E]):
             return True
 
     def _check(self, name: str, entry: Any) -> None:
-        """Raise TypeError if a plug-in's entry has another name or type, or lacks a method."""
+        """Raise TypeError if a plug-in's object has a wrong name or type, or lacks a method."""
         if entry.name != name:
             raise TypeError(f"its attribute 'name' is {entry.name!r}, not {name!r}")
         if self._base is None:

@@ -40,7 +40,7 @@ Rate = Annotated[float, msgspec.Meta(ge=500.0, le=1e7)]
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields that identify the format of a card. Every card begins with them."""
+    """Name and version of the format of a model's card. Every card begins with these fields."""
 
     format: Name
     format_version: int

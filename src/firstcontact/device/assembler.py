@@ -72,7 +72,8 @@ class Assembler:
 
     Each connection after :meth:`interrupted` begins a new epoch, and so does each restart of the
     device. A restart shows as a new boot number in the descriptor, or as a lower frame counter in a
-    requested one. After a restart, samples count from 0. Without one, the missed samples are lost.
+    requested descriptor. After a restart, samples count from 0. Without a restart, the samples that
+    the device sent meanwhile count as lost.
     """
 
     def __init__(self) -> None:
@@ -132,7 +133,7 @@ class Assembler:
             try:
                 if frame.type == FrameType.DESCRIPTOR:
                     self._flush(assembled)
-                    assembled.greeted |= self._greeting(frame)
+                    assembled.greeted |= self._accept_descriptor(frame)
                 elif frame.type == FrameType.REFUSED:
                     raise refusal(frame.payload)
                 elif self._listening and self._accept_counter(frame.counter):
@@ -147,10 +148,10 @@ class Assembler:
         self._flush(assembled)
         return assembled
 
-    def _greeting(self, frame: Frame) -> bool:
-        """Process a descriptor. Return False if the frame is out of order or repeated.
+    def _accept_descriptor(self, frame: Frame) -> bool:
+        """Process a descriptor. Return True if it is accepted, False if it is late or repeated.
 
-        Raises DeviceError if its layout differs from that of the first descriptor.
+        Raises DeviceError if the layout differs from that of the first descriptor.
         """
         boot, descriptor = read_greeting(frame.payload)
         if self.descriptor is None:
@@ -161,7 +162,7 @@ class Assembler:
                 "another device is now on this port, with other channels or another sampling "
                 "rate: start the command again to use this device"
             )
-        counter_went_back = self._counter is not None and self._ahead(frame.counter) < 0
+        counter_went_back = self._counter is not None and self._count_missing(frame.counter) < 0
         restarted = (
             self.epoch < 0
             or boot != self._boot
@@ -203,7 +204,7 @@ class Assembler:
     def _add_prediction(self, prediction: DevicePrediction, assembled: Assembled) -> None:
         """Add the device's contact or estimate to ``assembled``.
 
-        Raises FrameError if its sample numbers are impossible.
+        Raises FrameError if the prediction's sample numbers are impossible.
         """
         assert self.descriptor is not None
         newest = (
@@ -212,15 +213,18 @@ class Assembler:
         check_place(prediction, newest, round(FARTHEST * self.descriptor.layout.rate))
         assembled.predictions.append(prediction)
 
-    def _ahead(self, counter: int) -> int:
-        """Return the number of frames missing before frame ``counter``; negative if it is old."""
+    def _count_missing(self, counter: int) -> int:
+        """Return the number of frames missing before frame ``counter``.
+
+        It is negative if a frame with this number has already arrived.
+        """
         assert self._counter is not None
         ahead = (counter - self._counter) % _WRAP
         return ahead if ahead < _WRAP // 2 else ahead - _WRAP
 
     def _accept_counter(self, counter: int) -> bool:
         if self._counter is not None:
-            ahead = self._ahead(counter)
+            ahead = self._count_missing(counter)
             if ahead < 0:
                 self.counts.doubled_frames += 1
                 return False
@@ -258,9 +262,9 @@ class Assembler:
         return number
 
     def _count_late(self, skipped: int, unheard: int) -> None:
-        """Count a device's skipped predictions and samples that its model did not process.
+        """Count predictions that the device skipped, and samples that its model did not process.
 
-        Both numbers are totals since the device started.
+        The arguments are the totals of both since the device started.
         """
         if self._late is not None:
             self.counts.late_answers += (skipped - self._late[0]) % _WRAP

@@ -55,7 +55,7 @@ class AudioSource(ThreadedSource):
 
     def _open(self) -> Descriptor:
         sound = portaudio()
-        device = _device(sound, self._input_name)
+        device = _find_input(sound, self._input_name)
         if device["max_input_channels"] < self._channels:
             raise DeviceError(
                 f"{self.name} has {device['max_input_channels']} channel, but its name asks for "
@@ -68,7 +68,7 @@ class AudioSource(ThreadedSource):
                 channels=self._channels,
                 samplerate=self._input_rate,
                 dtype="float32",
-                latency=_latency(),
+                latency=_prepare_latency(),
                 callback=self._callback,
             )
             self._stream.start()
@@ -155,8 +155,8 @@ def portaudio() -> Any:
     return sounddevice
 
 
-def _latency() -> float:
-    """Set the number of PortAudio's buffers on Linux. Return the latency to request, s."""
+def _prepare_latency() -> float:
+    """Set the number of PortAudio's buffers, on Linux. Return the latency to request, s."""
     with suppress(OSError, AttributeError, TypeError):
         library = ctypes.CDLL(ctypes.util.find_library("portaudio") or "")
         library.PaAlsa_SetNumPeriods(BLOCKS)
@@ -168,10 +168,11 @@ def _inputs(sound: Any) -> list[dict[str, Any]]:
     return [d for d in sound.query_devices() if d["max_input_channels"] > 0]
 
 
-def _device(sound: Any, name: str) -> dict[str, Any]:
-    """Return PortAudio's description of a sound input; of the default one if ``name`` is "".
+def _find_input(sound: Any, name: str) -> dict[str, Any]:
+    """Return PortAudio's description of a sound input.
 
-    ``name`` is a name, a part of one, or an index. Raises DeviceError unless it fits one input.
+    ``name`` is the input's name, a part of it, or its index; "" selects the default input. Raises
+    DeviceError unless ``name`` fits exactly one input.
     """
     available = _inputs(sound)
     if not available:

@@ -43,16 +43,19 @@ class _ArrivalTime(NamedTuple):
 
 
 class _FastestArrivals:
-    """Least delayed arrival in each of the last ``seconds`` seconds, for samples at ``rate`` Hz."""
+    """List of the least delayed arrival of a sample in each of the last ``seconds`` seconds.
+
+    ``rate`` is the sampling rate, Hz.
+    """
 
     def __init__(self, rate: float, seconds: int) -> None:
         self._rate = rate
         self.arrivals: deque[_ArrivalTime] = deque(maxlen=seconds + 1)
 
     def add(self, sample: int, host: float) -> bool:
-        """Add the sample number ``sample``, which arrived at ``host``, s of the host's clock.
+        """Add the sample number ``sample``, which arrived at the time ``host``, s.
 
-        Return True if it is the first arrival in a new second.
+        Return True if this is the first arrival in a new second.
         """
         new = _ArrivalTime(host - sample / self._rate, float(sample), host)
         first = not self.arrivals or int(host) != int(self.arrivals[-1].host)
@@ -63,12 +66,18 @@ class _FastestArrivals:
         return first
 
     def delay(self, since: float) -> float:
-        """Return the least delay after the time ``since``, s: arrival minus ``sample / rate``."""
+        """Return the least delay of the arrivals since the time ``since``, s.
+
+        The delay is the arrival minus ``sample / rate``. Only differences of delays have a meaning.
+        """
         return min(a.delay for a in self.arrivals if a.host >= since)
 
 
 class ClockFit:
-    """Measured sampling rate, Hz of this computer's clock, from a line through arrival times."""
+    """Measurement of a sampling rate by this computer's clock, from a line through arrival times.
+
+    The result is :attr:`rate`, Hz; 0 until it is measured.
+    """
 
     def __init__(self, rate: float) -> None:
         self._fastest = _FastestArrivals(rate, LONGEST)
@@ -84,7 +93,7 @@ class ClockFit:
 
 
 class RateCheck:
-    """Check of a stream's sampling rate: the measured rate against the stated one, Hz."""
+    """Comparison of a stream's measured sampling rate with the stated one, Hz."""
 
     def __init__(self, stated: float) -> None:
         self._stated = stated
@@ -98,7 +107,7 @@ class RateCheck:
     def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
         """Add samples up to number ``end`` at the time ``seconds``. Return True for a wrong rate.
 
-        ``behind`` is True if the samples waited in a buffer, so that their time means nothing.
+        ``behind`` is True if the samples waited in a buffer, so that ``seconds`` is too late.
         """
         if behind or self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds

@@ -131,7 +131,7 @@ def identify_columns(
     named = len(header) == width
     names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))
     wanted_places = [k for word in wanted if (k := find_column(word, names)) is not None]
-    counter = _counter(full_lines, names if named else (), wanted_places)
+    counter = _find_counter(full_lines, names if named else (), wanted_places)
     if counter is not None and not counts_up(full_lines, counter):
         raise DeviceError(
             f"column {names[counter]!r} of {device} has the name of a counter but does not count "
@@ -151,23 +151,31 @@ def identify_columns(
         )
     places.sort(key=lambda k: _FINGERS.get(names[k].lower(), 0))
     chosen = tuple(names[k] for k in places), tuple(places), counter, width
-    return Columns(*chosen) if counter is None else Columns(*chosen, *_pace(table[:, counter]))
+    return (
+        Columns(*chosen)
+        if counter is None
+        else Columns(*chosen, *_step_and_wraps(table[:, counter]))
+    )
 
 
-def _pace(counts: NDArray[np.float64]) -> tuple[float, tuple[float, ...]]:
-    """Return the usual step of a counter, and the numbers at which it may start again."""
+def _step_and_wraps(counts: NDArray[np.float64]) -> tuple[float, tuple[float, ...]]:
+    """Return the usual step of a counter, and the numbers after which it may start again.
+
+    ``counts`` are the counter's numbers in consecutive lines.
+    """
     steps = np.diff(counts)
     step = float(np.median(steps[(steps > 0) & (steps <= LEAP)]))
     seen = {step - back for back in steps[steps < 0].tolist()}
     return step, (*WRAPS, *seen)
 
 
-def _counter(
+def _find_counter(
     lines: list[tuple[float, ...]], names: tuple[str, ...], signals: Sequence[int]
 ) -> int | None:
-    """Return the index of the column that counts samples, by its name or its steps of 1; or None.
+    """Return the index of the column that counts samples; None without such a column.
 
-    ``signals`` are the indices of columns that are known not to be the counter.
+    A counter is known by its name or, without names, by its steps of 1. ``signals`` are the indices
+    of columns that are signals, so that they cannot be the counter.
     """
     lower = [name.lower() for name in names]
     for k, name in enumerate(lower):

@@ -220,9 +220,10 @@ class CsvSource(ThreadedSource):
         return columns, rate
 
     def _unit_of(self, name: str, values: NDArray[np.float64]) -> Unit:
-        """Return the unit of a column: stated, at the end of its name, or else ADC counts.
+        """Return the unit of a column.
 
-        Raises DeviceError if the values cannot have the stated unit.
+        It is the unit that the user gave, or else the one at the end of ``name``, or else ADC
+        counts. Raises DeviceError if the ``values`` cannot have the unit that is stated.
         """
         if (stated := self._unit or unit_of_name(name)) is not None:
             return fit_unit(f"column {name} of {self.name}", stated, values, error=DeviceError)
@@ -318,7 +319,7 @@ class CsvSource(ThreadedSource):
         self._port = reopen(self._port, self._closing, self.baud)
 
     def _check_columns(self, lines: list[tuple[float, ...]]) -> None:
-        """Raise DeviceError if a board that was plugged in again prints other columns."""
+        """Raise DeviceError if a reconnected board does not print the same columns as before."""
         assert self._columns is not None
         former = self._columns
         complete_lines = [line for line in lines if len(line) == former.width]

@@ -60,7 +60,7 @@ def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _DescriptorJson:
-    """Fields of a descriptor's JSON text, with the names that devices send."""
+    """Descriptor as a device sends it in JSON. The fields have the names in the JSON text."""
 
     firmware: Name
     sensor: Name
@@ -153,7 +153,7 @@ class Descriptor:
         fields = read_record(
             text.encode(), _DescriptorJson, "the device's descriptor", _FLASH, error=DeviceError
         )
-        fault = fields.layout.fault
+        fault = fields.layout.why_unusable
         if not fault and fields.source not in SOURCES:
             fault = f"the source {fields.source!r}, not one of {', '.join(SOURCES)}"
         if fault:
@@ -237,7 +237,10 @@ def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
         _ESTIMATE, payload, FrameType.ESTIMATE
     )
     if not 0.0 <= low <= value <= high <= 100.0:  # False for NaN too
-        raise FrameError("an estimate is not a Shore A value inside its interval")
+        raise FrameError(
+            f"the device sent the estimate {value:g} with the interval {low:g} to {high:g}: the "
+            "value must be inside the interval, and both from 0 to 100"
+        )
     return DeviceEstimate(
         _finger(finger),
         contact,
@@ -275,5 +278,7 @@ def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> Non
 def _finger(number: int) -> Finger:
     fingers = list(Finger)
     if number >= len(fingers):
-        raise FrameError(f"a device's contact is of finger {number}, which does not exist")
+        raise FrameError(
+            f"the device names finger {number}, but only 0 and 1 exist: check its firmware"
+        )
     return fingers[number]

@@ -34,7 +34,7 @@ MORE_PIECES = 10
 
 
 class _Link:
-    """Connection to a device for the transfer of a model. It sends frames and awaits answers."""
+    """Connection to a device for the transfer of a model."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -103,8 +103,8 @@ class _Link:
     ) -> tuple[int, int]:
         """Send one frame of a transfer. Return the device's state and its number of stored bytes.
 
-        ``received`` of the model's ``length`` bytes are on the device so far. Raises DeviceError if
-        the device refuses the model or falls silent.
+        The model has ``length`` bytes. Before this frame, ``received`` of them are on the device.
+        Raises DeviceError if the device refuses the model or falls silent.
         """
         answer = self.ask(kind, payload, FrameType.MODEL_STATE)
         if answer is None:
@@ -153,7 +153,10 @@ def check_model_fits(port: str, data: bytes) -> None:
             f"the firmware takes models of format {slot.format}, and this model has format {form}"
         )
     if slot.room < len(data):
-        raise link.refused(f"the model has {len(data)} bytes, and there is room for {slot.room}")
+        raise link.error(
+            f"the model has {len(data)} bytes, but the device can store {slot.room}: export a "
+            "smaller model"
+        )
 
 
 def flash_model(port: str, data: bytes) -> str:

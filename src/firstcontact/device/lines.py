@@ -50,19 +50,19 @@ class LineReader:
         for piece in pieces:
             if not self._begun:
                 self._begun = True
-                self._name(piece)
+                self._store_names(piece)
             elif piece.strip() and not self._is_text(piece):
                 lines.append(self._numbers(piece))
         return lines
 
     def _is_text(self, line: bytes) -> bool:
-        """Return True for a line of text, which holds no sample. Store column names in it.
+        """Return True for a line of text, False for a line with a sample.
 
-        A line for a plotter, such as "x:1.2 y:3.4", is not text.
+        A line for a plotter, such as "x:1.2 y:3.4", has a sample. Column names are stored.
         """
         text, words = line.decode("ascii", "replace").strip(), _words(line)
         names, values = _names_and_values(words)
-        is_usual = self._usual == _shape(line)
+        is_usual = self._usual == _separator_counts(line)
         if names and all(names) and all(map(_is_number, values)):
             # A plotter's line, if another one with these names came before: "vbat:3.71" may be text
             is_known = names in (self.header, self._last_names)
@@ -75,7 +75,7 @@ class LineReader:
             return False
         if is_usual and (any(map(_is_number, values)) or (self._plots and all(names))):
             return False  # a damaged sample
-        self._name(line)
+        self._store_names(line)
         return True
 
     def _numbers(self, line: bytes) -> tuple[float, ...] | None:
@@ -88,13 +88,13 @@ class LineReader:
         if is_damaged or (self._plots and any(names) and names != self.header):
             self.bad += 1
             return None
-        self._usual, self._width = _shape(line), len(values)
+        self._usual, self._width = _separator_counts(line), len(values)
         return values
 
-    def _name(self, line: bytes) -> None:
-        """Store the words of a line as column names, if they can be names.
+    def _store_names(self, line: bytes) -> None:
+        """Store the words of a line as column names. Ignore words that cannot be names.
 
-        After the first sample, the words must be the former names, in any order.
+        After the first sample, only the former names, in another order, can replace them.
         """
         words, former = _words(line), self.header
         fits = len(words) > 1 or len(former) < 2
@@ -106,7 +106,7 @@ class LineReader:
 
     @staticmethod
     def _is_header(words: tuple[str, ...]) -> bool:
-        """Return True if these words can be column names: short ASCII words."""
+        """Return True if all words can be column names: short, in ASCII, and without "=?!"."""
         return 0 < len(words) <= MOST and all(
             w.isprintable()
             and w.isascii()
@@ -118,13 +118,19 @@ class LineReader:
 
 
 def _names_and_values(words: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Split words such as "x:1.2" of a plotter's line. Return the names and the value texts."""
+    """Split words such as "x:1.2" at the colon. Return the names and the values, as texts.
+
+    A word without a colon has the name "".
+    """
     parts = [word.rpartition(":") for word in words]
     return tuple(name for name, _, _ in parts), tuple(value for _, _, value in parts)
 
 
-def _shape(line: bytes) -> tuple[int, ...]:
-    """Return the counts of commas, semicolons and tabs in a line; without any, of its words."""
+def _separator_counts(line: bytes) -> tuple[int, ...]:
+    """Return the numbers of commas, semicolons and tabs in a line.
+
+    If there are none of these, return only the number of words.
+    """
     counts = tuple(line.count(separator) for separator in (b",", b";", b"\t"))
     return counts if any(counts) else (len(_words(line)),)
 

@@ -60,9 +60,9 @@ def lsl_library() -> Any:
 
 
 class _Epoch:
-    """Numbering of the samples of one epoch, by the time stamps of the sender.
+    """Numbering of samples by the sender's time stamps, until the sender's clock jumps.
 
-    A jump of the sender's clock begins a new epoch.
+    A jump begins a new epoch, which has the next ``number``. ``rate`` is the stated rate, Hz.
     """
 
     def __init__(self, number: int, rate: float) -> None:
@@ -75,10 +75,10 @@ class _Epoch:
         self._newest = -math.inf  # newest stamp
         self._steps = self._backward = 0  # number of steps between stamps, and of steps back
 
-    def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the samples whose time stamps are plausible.
+    def has_plausible_stamp(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask that is True for samples with a plausible time stamp, shape (samples,).
 
-        ``ago`` is the age of each sample at arrival, s: the time now minus the time stamp.
+        ``ago`` is the age of each sample when it arrived, s: the arrival minus the time stamp.
         """
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
@@ -88,7 +88,7 @@ class _Epoch:
         return good
 
     def runs_backwards(self, stamps: NDArray[np.float64]) -> bool:
-        """Return True if more than 3 of 4 stamps within a second are before their predecessor."""
+        """Return True if more than 3 of 4 stamps of a second are smaller than the stamp before."""
         stamps = np.append(self._newest, stamps[usable_stamps(stamps)])
         self._backward += int((np.diff(stamps) < 0).sum())
         self._steps += len(stamps) - 1
@@ -100,7 +100,7 @@ class _Epoch:
         return share > 0.75
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the sample number for each time stamp, s. Set implausible stamps to NaN first."""
+        """Return the sample number of each time stamp, s. Implausible stamps must be NaN."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)
@@ -140,7 +140,7 @@ class LslSource(ThreadedSource):
             raise
 
     def _find(self, patience: float) -> Any:
-        predicate = _predicate(self._stream)
+        predicate = _stream_query(self._stream)
         streams = self._lsl.resolve_bypred(predicate, 1, patience)
         if streams:
             streams = self._lsl.resolve_bypred(predicate, 2, ANOTHER) or streams
@@ -204,9 +204,9 @@ class LslSource(ThreadedSource):
                 epoch = _Epoch(epoch.number + 1, self._input_rate)
                 continue
             values = np.asarray(chunk, np.float64)[:, self._places]
-            epoch = self._take(epoch, values, np.asarray(stamps), host, ago)
+            epoch = self._deliver(epoch, values, np.asarray(stamps), host, ago)
 
-    def _take(
+    def _deliver(
         self,
         epoch: _Epoch,
         values: NDArray[np.float64],
@@ -214,20 +214,20 @@ class LslSource(ThreadedSource):
         host: float,
         clock: float,
     ) -> _Epoch:
-        """Deliver samples. Return their epoch, a new one if the sender's clock jumped.
+        """Deliver samples to the reader. Return their epoch.
 
-        ``host`` is their arrival on ``time.monotonic()``, and ``clock`` the same moment on the
-        clock of ``stamps``, both in s.
+        It is ``epoch``, or a new one if the sender's clock jumped. ``host`` is the time of arrival
+        on ``time.monotonic()``, and ``clock`` the same time on the clock of ``stamps``, in s.
         """
         if epoch.runs_backwards(stamps):
             raise DeviceError(
                 f"the time stamps of {self.name} run backwards: correct the program that sends them"
             )
         ages = clock - stamps
-        fits = epoch.in_time(ages)
+        fits = epoch.has_plausible_stamp(ages)
         if not fits.any() and usable_stamps(stamps).any():
             epoch = _Epoch(epoch.number + 1, self._input_rate)
-            fits = epoch.in_time(ages)
+            fits = epoch.has_plausible_stamp(ages)
         values[~fits] = np.nan
         numbers = epoch.numbers(np.where(fits, stamps, np.nan))
         taken = host - float(ages[fits][-1]) if fits.any() else None
@@ -237,9 +237,10 @@ class LslSource(ThreadedSource):
         return epoch
 
     def _reconnect(self) -> bool:
-        """Search for the lost stream until it is back. Return False if the source closes first.
+        """Search for the lost stream. Return True once it is connected again.
 
-        Raises DeviceError if the stream comes back with other channels.
+        Return False if the source closes first. Raises DeviceError if the stream comes back with
+        other channels.
         """
         self._shut()
         while not self._closing.is_set():
@@ -280,19 +281,19 @@ def stream_channels(
     return vibration_channels([{**metadata[k], "label": labels[k]} for k in places], units), places
 
 
-def _predicate(stream: str) -> str:
-    """Return the XPath query that finds a stream called NAME, NAME@HOST or NAME@SOURCE_ID."""
+def _stream_query(stream: str) -> str:
+    """Return the XPath query for a stream. ``stream`` is NAME, NAME@HOST or NAME@SOURCE_ID."""
     words = stream.split("@")
-    queries = [f"name={_literal(stream)}"]
+    queries = [f"name={_xpath_literal(stream)}"]
     for k in range(1, len(words)):
-        sender = _literal("@".join(words[k:]))
+        sender = _xpath_literal("@".join(words[k:]))
         of_sender = " or ".join(f"{field}={sender}" for field in _SENDERS)
-        queries.append(f"(name={_literal('@'.join(words[:k]))} and ({of_sender}))")
+        queries.append(f"(name={_xpath_literal('@'.join(words[:k]))} and ({of_sender}))")
     return " or ".join(queries)
 
 
-def _literal(text: str) -> str:
-    """Return an XPath string for any text. XPath cannot escape quotes, so they are joined in."""
+def _xpath_literal(text: str) -> str:
+    """Return an XPath expression for a text. XPath cannot escape quotes: concat joins the parts."""
     if "'" not in text:
         return f"'{text}'"
     pieces = text.split("'")

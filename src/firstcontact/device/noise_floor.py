@@ -17,7 +17,7 @@ from firstcontact.core import (
     VibrationCalibration,
     finger_name,
 )
-from firstcontact.core.plausible import alike_note
+from firstcontact.core.plausible import same_signal_warning
 from firstcontact.device.source import Arrival, Source
 
 _log = logging.getLogger("firstcontact.device")
@@ -122,7 +122,7 @@ class RestMeter:
         messages: list[str] = []
         silent: list[str] = []
         for column, finger in enumerate(self._fingers):
-            faults = self._faults()[:, :, column]
+            faults = self._disturbances()[:, :, column]
             flat, strip, force, loud = faults.mean(axis=1) if faults.size else np.zeros(4)
             sensor = self._layout.vibration[column].sensor
             name = finger_name(finger)
@@ -151,10 +151,11 @@ class RestMeter:
             or ["few samples came: check the connection, or that the recording is long enough"]
         )
 
-    def _faults(self) -> NDArray[np.bool_]:
-        """Return which parts of the stream are not at rest, and why, shape (4, parts, fingers).
+    def _disturbances(self) -> NDArray[np.bool_]:
+        """Return a mask of the reasons why parts are not at rest, shape (4, parts, fingers).
 
-        The four reasons are: constant signal, closed strip, force, and noise other than quiet.
+        The four reasons are a constant signal, a closed strip, a force, and a noise that differs
+        from the noise at rest.
         """
         flat = self._rms == 0.0
         if not len(flat):
@@ -163,22 +164,23 @@ class RestMeter:
         loaded = np.stack([is_loaded[:, taxels].any(axis=1) for taxels in self._taxels], axis=1)
         free = ~(flat | self._closed | loaded).any(axis=1)
         free &= np.arange(len(free)) >= len(free) - RECENT / PART
-        level = self._level(np.sort(self._rms[free] if free.any() else self._rms, axis=0))
+        level = self._quiet_level(np.sort(self._rms[free] if free.any() else self._rms, axis=0))
         is_loud = (STEADY * self._rms < level) | (self._rms > STEADY * level)
         return np.stack([flat, self._closed, loaded, is_loud])
 
-    def _level(self, rms: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the quiet RMS of each sensor: the lowest that several parts share.
+    def _quiet_level(self, rms: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the RMS of each sensor at rest, shape (sensors,).
 
-        ``rms`` is sorted, shape (parts, sensors).
+        ``rms`` has the RMS in each part of the stream in rising order, shape (parts, sensors). The
+        result is the lowest RMS that several parts share, or else the lowest of all.
         """
         others = min(AGREEING, len(rms)) - 1
         is_shared = rms[others:] <= STEADY * rms[: len(rms) - others]
-        # If no level is shared, the lowest counts.
+        # If no level is shared, argmax gives 0, the lowest.
         return np.asarray(np.take_along_axis(rms, is_shared.argmax(axis=0)[None], axis=0)[0])
 
     def _at_rest(self) -> NDArray[np.bool_]:
-        return np.asarray(~self._faults().any(axis=(0, 2)))
+        return np.asarray(~self._disturbances().any(axis=(0, 2)))
 
 
 def wait_for_arrivals(source: Source) -> list[Arrival]:
@@ -211,6 +213,6 @@ def measure_noise(source: Source, seconds: float = REST, patience: float = PATIE
             meter.update(arrival.block)
             signals.append(arrival.block.data[:, columns])
     names = [layout.column_names[column] for column in columns]
-    if doubt := alike_note(names, np.concatenate(signals), is_noise=True):
+    if doubt := same_signal_warning(names, np.concatenate(signals), is_noise=True):
         _log.warning("%s: %s", source.name, doubt)
     return meter.calibration()

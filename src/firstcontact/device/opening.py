@@ -94,7 +94,7 @@ class SourceKind:
 
 
 def _lazy(module: str, function: str) -> Callable[..., Any]:
-    """Return a function that, when called, imports ``module`` and calls ``function`` in it."""
+    """Return a function that imports ``module`` when it is called, and calls its ``function``."""
 
     def call(*arguments: Any) -> Any:
         return getattr(import_module(f"firstcontact.device.{module}"), function)(*arguments)

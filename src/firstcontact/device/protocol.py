@@ -138,7 +138,10 @@ def unpack(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[Any, .
 
 
 def _split(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[tuple[Any, ...], bytes]:
-    """Return the numbers at the beginning of a frame's payload, and the remaining bytes."""
+    """Return the numbers at the beginning of a frame's payload, and the bytes after them.
+
+    ``form`` describes these numbers. Raises FrameError if the payload is too short.
+    """
     return unpack(form, payload[: form.size], kind), payload[form.size :]
 
 

@@ -142,8 +142,8 @@ class Recorder:
     def _work(self, writer: RecordingWriter) -> None:
         failed = ""
         try:
-            while waiting := self._take():
-                for piece in _joined(waiting):
+            while waiting := self._wait_for_items():
+                for piece in _merge_short_blocks(waiting):
                     self._write(writer, piece)
             writer.close()
         except Exception as error:  # no error here may disturb the source
@@ -157,8 +157,8 @@ class Recorder:
             self._queue.clear()
             self._waiting = 0
 
-    def _take(self) -> list[_Piece]:
-        """Wait for queued items and return all of them; [] once the recording shall end."""
+    def _wait_for_items(self) -> list[_Piece]:
+        """Wait until items are queued. Return all of them; [] at the end of a recording."""
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
             waiting = list(self._queue)
@@ -181,8 +181,8 @@ class Recorder:
                 self._waiting -= len(piece.data)
 
 
-def _joined(pieces: list[_Piece]) -> Iterator[_Piece]:
-    """Yield queued items in order, with short consecutive blocks merged."""
+def _merge_short_blocks(pieces: list[_Piece]) -> Iterator[_Piece]:
+    """Yield the items of a queue in order. Blocks that follow each other are merged."""
     run: list[Block] = []
     for piece in pieces:
         if isinstance(piece, Block):

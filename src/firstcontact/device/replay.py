@@ -68,7 +68,7 @@ class ReplaySource(Source):
         self.speed = speed
         self.calibration = self._recording.header.calibration
         self._block = block or (LONG_BLOCK if math.isinf(speed) else BLOCK)
-        self._rest = _pieces(self._recording, self._block)
+        self._rest = _split_recording(self._recording, self._block)
         self._next: _Piece | None = None
         self._ended = False
         self._closed = threading.Event()
@@ -116,11 +116,11 @@ class ReplaySource(Source):
         if self._began is None:
             self._began = time.monotonic()
         if not self._paced:
-            return self._take(time.monotonic(), 1)
+            return self._due_arrivals(time.monotonic(), 1)
         wait = self._due() - time.monotonic()
         if wait > 0 and self._closed.wait(min(wait, timeout)):
             return []
-        return self._take(time.monotonic())
+        return self._due_arrivals(time.monotonic())
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
         for mark in self._recording.pinches:
@@ -153,8 +153,11 @@ class ReplaySource(Source):
         samples = self._given + len(self._next[0].data)
         return self._began + samples / (self.speed * self._recording.header.layout.rate)
 
-    def _take(self, now: float, most: int | None = None) -> list[Arrival]:
-        """Return at most ``most`` blocks that are due at ``now``, s of ``time.monotonic()``."""
+    def _due_arrivals(self, now: float, most: int | None = None) -> list[Arrival]:
+        """Return the blocks that are due at ``now``, s of ``time.monotonic()``.
+
+        Return at most ``most`` blocks. None means that there is no limit.
+        """
         arrivals: list[Arrival] = []
         while self._next is not None and len(arrivals) != most:
             due = self._due() if self._paced else now
@@ -175,10 +178,12 @@ class ReplaySource(Source):
             self._ended = True
 
 
-def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iterator[_Piece]:
-    """Yield the blocks of a recording, ``length`` samples each, with their markers and pinches.
+def _split_recording(
+    recording: Recording, length: int, epoch: int | None = None
+) -> Iterator[_Piece]:
+    """Yield a recording as blocks of ``length`` samples, with the markers and pinches in them.
 
-    With ``epoch``, yield only that epoch.
+    If ``epoch`` is given, yield only the blocks of this epoch.
     """
     stretches = [s for s in recording.stretches if epoch in (None, s.epoch)]
     wanted = [m for m in recording.markers if epoch in (None, m.epoch)]
@@ -246,7 +251,7 @@ class ReplayDevice(TerminalDevice):
 
     def _begin(self, epoch_index: int) -> None:
         self._epoch_index = epoch_index
-        self._tape = _pieces(self._recording, FRAME_SAMPLES, self._epochs[epoch_index])
+        self._tape = _split_recording(self._recording, FRAME_SAMPLES, self._epochs[epoch_index])
         self._next = next(self._tape, None)
         self._due = 0.0
         self._last_update: float | None = None  # time of the last update, while samples are sent
@@ -276,7 +281,7 @@ class ReplayDevice(TerminalDevice):
         self._responder.finished = self._next is None
 
     def _listen(self) -> bytes:
-        """Return the next bytes from the host; b"" if samples are due first."""
+        """Wait for bytes from the host, and return them; b"" if samples are due before."""
         wait = TICK
         if self._responder.streaming and self._next is not None:
             until_due = (FRAME_SAMPLES - self._due) / self._rate
@@ -284,9 +289,9 @@ class ReplayDevice(TerminalDevice):
         return self._terminal.read() if self._wait(wait) else b""
 
     def _hear(self, data: bytes, once: bool) -> bool:
-        """Process bytes from the host. Return True once the whole recording was sent.
+        """Process bytes from the host. Return True if the whole recording has been sent.
 
-        ``once`` is True if the recording shall not begin again.
+        ``once`` is True to send the recording only once, False to send it again and again.
         """
         sent = self._next is None and not self._wire
         is_last_epoch = self._epoch_index + 1 == len(self._epochs)

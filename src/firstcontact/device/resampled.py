@@ -83,7 +83,7 @@ class ResampledSource(Source):
         while not self._source.ended:
             patience = max(until - time.monotonic(), 0.0)
             arrivals = self._source.read(patience, math.ceil(least / self._share))
-            pieces = [piece for arrival in arrivals for piece in self._take(arrival)]
+            pieces = [piece for arrival in arrivals for piece in self._resample_arrival(arrival)]
             if pieces or not arrivals:
                 return pieces
         return self._leftovers() or self._source.read(timeout)  # refuses if it was closed
@@ -109,10 +109,10 @@ class ResampledSource(Source):
     def _new_resampler(self, origin: int = 0) -> CausalResampler:
         return CausalResampler(self._old, self._rate, self._strips, origin)
 
-    def _take(self, arrival: Arrival) -> list[Arrival]:
-        """Resample newly arrived samples. Return the arrivals that are ready.
+    def _resample_arrival(self, arrival: Arrival) -> list[Arrival]:
+        """Resample samples that have arrived. Return what the reader can get now.
 
-        If a new epoch begins, markers that remain from the old one come first.
+        If a new epoch begins, the markers that remain from the old epoch come first.
         """
         block, leftovers = arrival.block, []
         is_new_epoch = block.epoch != self._epoch
@@ -133,14 +133,16 @@ class ResampledSource(Source):
         self._pinches += [self._moved(pinch) for pinch in arrival.pinches]
         predictions = tuple(self._moved_prediction(t) for t in arrival.predictions)
         begin = self._next - len(data)
-        return leftovers + self._due(
+        return leftovers + self._ready_arrivals(
             Block(data.astype(np.float32), begin, block.epoch), predictions
         )
 
-    def _due(self, block: Block, predictions: tuple[DevicePrediction, ...]) -> list[Arrival]:
-        """Return one arrival with a resampled block and the markers and pinch marks before its end.
+    def _ready_arrivals(
+        self, block: Block, predictions: tuple[DevicePrediction, ...]
+    ) -> list[Arrival]:
+        """Return one arrival: the block, the predictions, and all marks before the block's end.
 
-        Return [] if all of these are empty.
+        These are markers and marks of pinches. Return [] if there is nothing to deliver.
         """
         end = block.epoch, block.end
         markers = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
@@ -152,7 +154,7 @@ class ResampledSource(Source):
         return [Arrival(block, self._host, markers, pinches, predictions)]
 
     def _leftovers(self) -> list[Arrival]:
-        """Return the markers and pinch marks whose samples will not come, as their epoch ended."""
+        """Return the marks whose samples cannot come any more, because their epoch has ended."""
         if not self._waiting:
             return []
         no_samples = np.zeros((0, self.descriptor.layout.width), np.float32)

@@ -32,9 +32,10 @@ WIRE_BYTES = 4096
 
 @dataclass(slots=True)
 class _Run:
-    """Consecutive samples as bytes.
+    """Consecutive samples as bytes, with the numbers ``first`` to ``end`` (exclusive).
 
-    ``overflow`` is the number of samples that were dropped before them since the start.
+    ``overflow`` is the number of samples that the device has dropped since its start and before
+    these samples.
     """
 
     first: int
@@ -103,7 +104,7 @@ class Responder:
     def hear(self, data: bytes) -> None:
         """Process bytes from the host. Bytes after a request wait until the reply is sent."""
         self._heard += data
-        self._obey()
+        self._handle_frames()
 
     def frame(self) -> bytes:
         """Return the next frame to send, with its final zero byte; b"" if there is none."""
@@ -124,7 +125,7 @@ class Responder:
         assert self._reply is not None
         out = self._encode(*self._reply)
         self._reply = None
-        self._obey()
+        self._handle_frames()
         return out
 
     def _samples(self, run: _Run, n: int) -> bytes:
@@ -143,8 +144,8 @@ class Responder:
         self._counter += 1
         return out
 
-    def _obey(self) -> None:
-        """Process the received frames in order, up to the first one that needs a reply."""
+    def _handle_frames(self) -> None:
+        """Process received frames in order. Stop after the first frame that needs a reply."""
         while self._reply is None and 0 in self._heard:
             stuffed, _, self._heard = self._heard.partition(b"\0")
             if not 0 < len(stuffed) <= LONGEST_HEARD:
@@ -199,7 +200,7 @@ class TerminalDevice:
     def _restart(
         self, descriptor: Descriptor, room: int, on_order: Callable[[str], str] | None = None
     ) -> None:
-        """Restart the simulated device: a new boot number, and all counters from 0.
+        """Restart the simulated device with a new boot number. All counters start from 0.
 
         The parameters are those of :class:`Responder`.
         """
@@ -220,10 +221,10 @@ class TerminalDevice:
         return self._responder.frame()
 
     def _wait(self, seconds: float, *inputs: int) -> list[int | PseudoTerminal]:
-        """Wait until the host or an input has bytes, or the port accepts more bytes.
+        """Wait until the host or an input has sent bytes, or the port accepts more bytes.
 
-        ``inputs`` are file descriptors. Wait at most ``seconds``. Return the inputs that have
-        bytes, and the terminal if the host has sent some.
+        Wait at most ``seconds`` s. ``inputs`` are file descriptors. Return the inputs that have
+        bytes to read. The list also has the terminal if the host has sent bytes.
         """
         listening: list[int | PseudoTerminal] = [*inputs]
         if self._terminal.plugged and self._responder.listens:

@@ -136,9 +136,10 @@ class SerialSource(QueuedSource):
         return self._collect(max(until - time.monotonic(), 0.0), least)
 
     def _read_port(self, least: int, patience: float) -> None:
-        """Sleep until ``least`` samples should have come, then read the port once.
+        """Sleep until ``least`` samples should have arrived, then read the port once.
 
-        :meth:`read` calls this in the reader's thread. It sleeps and waits ``patience`` s at most.
+        :meth:`read` calls this method, in the caller's thread. The method returns after at most
+        ``patience`` s.
         """
         transport = self._transport
         if transport is None or self._interruption is not None or self._closing.is_set():
@@ -152,7 +153,7 @@ class SerialSource(QueuedSource):
                 time.sleep(nap)
             patience -= nap
         try:
-            self._step(transport, max(patience, 0.0))
+            self._ask_and_read(transport, max(patience, 0.0))
         except Exception as error:
             self._interruption, self._connected = error, False
 
@@ -193,7 +194,7 @@ class SerialSource(QueuedSource):
         super().close()
 
     def _run(self) -> None:
-        """Receive samples until the source is closed. Connect again after a lost connection."""
+        """Receive samples until the source is closed. Connect again if the device was unplugged."""
         error: InputError | None = None
         try:
             while self._transport is not None:
@@ -215,7 +216,7 @@ class SerialSource(QueuedSource):
             _log.exception("%s: reading failed", self.name)
             error = DeviceError(f"{self.name}: reading failed ({unexpected!r}): open it again")
         finally:
-            with self._last_turn():  # a reader may be at the port
+            with self._exclusive_port():  # a reader may be at the port
                 self._connected = False
                 transport, self._transport = self._transport, None
                 if transport is not None:
@@ -227,7 +228,7 @@ class SerialSource(QueuedSource):
                 self._end(error, markers, predictions, number, self._assembler.epoch)
 
     def _communicate(self, transport: SerialTransport) -> None:
-        """Connect to the device, then read the port whenever :meth:`read` does not.
+        """Connect to the device. Then read its port in this thread, except while :meth:`read` does.
 
         Return once the source is closed. Raise LinkError if the port vanishes.
         """
@@ -239,22 +240,25 @@ class SerialSource(QueuedSource):
                 raise error
             if not self._connected:
                 with self._turn:
-                    self._step(transport)
+                    self._ask_and_read(transport)
             elif self._is_needed() and self._turn.acquire(blocking=False):
                 try:
-                    self._step(transport)
+                    self._ask_and_read(transport)
                 finally:
                     self._turn.release()
             else:
                 elapsed = time.monotonic() - self._last_read
                 time.sleep(READER_PAUSE - elapsed if elapsed < READER_PAUSE else READER_PAUSE)
         if self._assembler.epoch >= 0:
-            with self._last_turn(), suppress(LinkError):
+            with self._exclusive_port(), suppress(LinkError):
                 self._stop(transport)
 
     @contextmanager
-    def _last_turn(self) -> Iterator[None]:
-        """Wait until :meth:`read` has left the port. No other thread reads it in the body."""
+    def _exclusive_port(self) -> Iterator[None]:
+        """Wait until :meth:`read` no longer reads the port, and keep it away in the ``with`` block.
+
+        After ``LAST_TURN`` s, stop waiting.
+        """
         has_turn = self._turn.acquire(timeout=LAST_TURN)
         try:
             yield
@@ -262,10 +266,10 @@ class SerialSource(QueuedSource):
             if has_turn:
                 self._turn.release()
 
-    def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
-        """Read the port once. Before that, ask a device that is silent for its descriptor.
+    def _ask_and_read(self, transport: SerialTransport, patience: float = math.inf) -> None:
+        """Read the port once. If the device has been silent, first ask for its descriptor.
 
-        Raises DeviceError if a device never answered.
+        Wait at most ``patience`` s for bytes. Raises DeviceError if the device has never answered.
         """
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
@@ -286,7 +290,10 @@ class SerialSource(QueuedSource):
             transport.send(FrameType.START)
 
     def _is_needed(self) -> bool:
-        """Return True if the source's thread must read the port, because :meth:`read` does not."""
+        """Return True if the source's own thread must read the port.
+
+        It need not if :meth:`read` was called just now, or if enough samples wait for the reader.
+        """
         now = time.monotonic()
         if now - self._last_read < READER_PAUSE:
             return False
@@ -356,7 +363,7 @@ class SerialSource(QueuedSource):
         self._assembler.interrupted()
 
     def _stop(self, transport: SerialTransport) -> None:
-        """Tell the device to stop, and receive data until it confirms."""
+        """Tell the device to stop. Receive samples until it confirms, or falls silent."""
         now = time.monotonic()
         silence, spent, last_request = 0.0, 0.0, -AGAIN
         while spent < FAREWELL and silence < SILENCE:

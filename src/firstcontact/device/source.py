@@ -187,8 +187,8 @@ class Source(ABC):
         ------
         InputError
             Reading failed for good, or a device with another layout is now connected to the port.
-            The source is not open, or it is closed and has no unread samples. The timeout is NaN or
-            too long.
+            The source was never opened, or it was closed and all its samples were read. The
+            timeout is NaN or longer than :data:`threading.TIMEOUT_MAX` s.
         """
 
     @abstractmethod
@@ -227,7 +227,7 @@ class Source(ABC):
         self.close()
 
     def _check_readable(self, timeout: float, *, is_drained: bool) -> None:
-        """Raise InputError for a read that could never return anything.
+        """Raise InputError if :meth:`read` could never return samples, or the timeout is too long.
 
         ``is_drained`` is True if the source is closed and has no unread samples.
         """
@@ -265,7 +265,10 @@ def drain(source: Source) -> list[Arrival]:
 
 
 def _changes(previous: Health, now: Health) -> list[str]:
-    """Return a line for each disconnection, reconnection and loss between two states."""
+    """Return a line of text for each disconnection, reconnection and loss of samples.
+
+    ``previous`` is the state of the source before them, and ``now`` the state after them.
+    """
     news = []
     if previous.connected and not now.connected:
         unusable = now.unusable_samples + now.bad_frames

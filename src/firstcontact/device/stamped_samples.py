@@ -43,7 +43,7 @@ class StampedSamples:
         self._late = 0  # delay of the last chunk in samples, not counted as lost yet
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        stamps = self._repaired(stamps)
+        stamps = self._interpolate_unusable(stamps)
         if self._zero is None:
             self._zero, self._last = float(stamps[0]), float(stamps[0]) - 1 / self._rate
         steps = np.diff(stamps, prepend=self._last) * self._rate - 1.0
@@ -60,7 +60,7 @@ class StampedSamples:
             numbers = self._end + places + np.cumsum(lost)
         else:
             numbers = self._end + places
-            missing = self._missing(stamps, numbers)
+            missing = self._count_missing(stamps, numbers)
             accepted = min(missing, self._late)
             numbers += accepted
             self._late = 0 if accepted else missing
@@ -71,8 +71,8 @@ class StampedSamples:
         self._centres.append((float(numbers.mean()), float(np.median(lateness))))
         return numbers
 
-    def _repaired(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return time stamps, s, with interpolated values in place of unusable ones."""
+    def _interpolate_unusable(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return time stamps, s, in which interpolated stamps replace the unusable ones."""
         good = usable_stamps(stamps)
         if good.all():
             return stamps
@@ -84,10 +84,11 @@ class StampedSamples:
         repaired: NDArray[np.float64] = offsets + places / self._rate
         return repaired
 
-    def _missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
-        """Return the number of samples that are missing before a chunk of samples.
+    def _count_missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
+        """Return the number of samples that are missing before some received samples.
 
-        Return 0 if jitter may explain the delay. ``numbers`` are those without a missing sample.
+        ``stamps`` are the time stamps of the received samples, s, and ``numbers`` their numbers if
+        no sample is missing. Return 0 if jitter may explain the delay.
         """
         assert self._zero is not None
         if len(self._centres) < LEAST:

@@ -94,7 +94,7 @@ class QueuedSource(Source):
         self._thread.start()
 
     def _measure_rate(self, stated: float) -> None:
-        """Start the measurement of an epoch's sampling rate. ``stated`` is the stated rate, Hz."""
+        """Start to measure the sampling rate of a new epoch. ``stated`` is the stated rate, Hz."""
         self._clock, self._rate_check = ClockFit(stated), RateCheck(stated)
 
     def _is_enough(self) -> bool:
@@ -116,10 +116,10 @@ class QueuedSource(Source):
         number: int,
         epoch: int,
     ) -> None:
-        """End the stream. After the last samples, :meth:`read` raises ``error`` if there is one.
+        """End the stream. Once all samples are read, :meth:`read` raises ``error``, if any.
 
-        ``markers`` and ``predictions`` that still wait for a sample go with the last samples, or
-        with an empty block at sample ``number`` of ``epoch``.
+        ``markers`` and ``predictions`` still wait for their samples. They are attached to the last
+        samples or, without unread samples, to an empty block at sample ``number`` of ``epoch``.
         """
         if markers or predictions:
             no_samples = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
@@ -161,11 +161,11 @@ class ThreadedSource(QueuedSource):
 
     @abstractmethod
     def _work(self) -> None:
-        """Deliver samples by :meth:`_give` until ``self._closing`` is set. Runs in the thread."""
+        """Deliver samples by :meth:`_give` until ``self._closing`` is set."""
 
     @abstractmethod
     def _shut(self) -> None:
-        """Release the port or stream, even if opening it failed. Runs in the receiving thread."""
+        """Release the port or stream, even if it could not be opened."""
 
     @property
     def descriptor(self) -> Descriptor:
@@ -202,7 +202,7 @@ class ThreadedSource(QueuedSource):
             self._markers.append(text)
 
     def _resample(self, input_rate: float, output_rate: float) -> float:
-        """Set the rates of :meth:`_give`'s resampling, Hz. Return the filter's delay, s."""
+        """Set the rates of :meth:`_give`'s resampling, Hz. Return the delay by its filter, s."""
         self._input_rate, self._output_rate = input_rate, output_rate
         return CausalResampler(input_rate, output_rate).delay
 
@@ -237,9 +237,10 @@ class ThreadedSource(QueuedSource):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count the input samples from the last delivered one to ``end`` (exclusive) as lost.
+        """Count all samples after the last delivered one as lost, up to ``end`` (exclusive).
 
-        Raises DeviceError if no sample was usable since the source was opened.
+        ``end`` is a number before resampling. Raises DeviceError if no usable sample has arrived
+        for ``REFUSE_AFTER`` s since the source was opened.
         """
         until = -int(-end * self._output_rate // self._input_rate)
         with self._changed:
@@ -254,7 +255,7 @@ class ThreadedSource(QueuedSource):
             )
 
     def _wait(self) -> bool:
-        """Add up the time without a usable sample. Return True if it is ``SILENCE`` s or more.
+        """Add up the time without a usable sample. Return True if it has reached ``SILENCE`` s.
 
         The source then counts as disconnected.
         """
@@ -298,7 +299,10 @@ class ThreadedSource(QueuedSource):
         self._next, self._pending = (epoch, first), 0
 
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
-        """Raise DeviceError: the measured rate is ``share`` times the stated one by ``clock``."""
+        """Raise DeviceError, because the measured rate is ``share`` times the stated rate.
+
+        ``clock`` names the clock that measured it: "its own" or "this machine's".
+        """
         stated = self._input_rate or self.descriptor.layout.rate
         raise DeviceError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "

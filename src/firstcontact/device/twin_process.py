@@ -41,7 +41,7 @@ TICK = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class TwinOptions:
-    """Options of a simulated hand. ``fault`` names a fault of its fingertips on a bench."""
+    """Options of a simulated hand. ``fault`` is the name of a defect of its fingertips."""
 
     condition: str = "paper-rig"
     objects: Sequence[str] | None = None
@@ -93,7 +93,10 @@ class TwinProcess(TerminalDevice):
                 return
 
     def _catch_up(self) -> bool:
-        """Simulate the next batch of samples if it is due. Return True if another is due, too."""
+        """Simulate the next batch of samples if its time has come.
+
+        Return True if the batch after that one is due, too.
+        """
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
@@ -116,7 +119,7 @@ class TwinProcess(TerminalDevice):
         return frame
 
     def _announce(self) -> None:
-        """Send markers about new closings: the object, the largest force, or its loss."""
+        """Send markers about new closings: which object, the largest force, and if it was lost."""
         words: list[tuple[int, str]] = []
         for pinch in reversed(self._stream.pinches):
             words.append((pinch.start, f"{TWIN}{pinch.label.object}"))
@@ -131,7 +134,10 @@ class TwinProcess(TerminalDevice):
         self._announced = self._stream.sample - 1
 
     def _obey(self, text: str) -> str:
-        """Carry out an order to the object, hand or tester. Return the text of the answer."""
+        """Carry out an order that concerns the object, the hand or the simulated tester.
+
+        Return the text of the answer.
+        """
         try:
             if text.startswith(OBJECT):
                 name = text.removeprefix(OBJECT).strip()
@@ -157,7 +163,7 @@ class TwinProcess(TerminalDevice):
         return f"{ACCEPTED}{text}"
 
     def _command(self) -> bool:
-        """Carry out commands from the parent process. Return False if the pipe is closed."""
+        """Carry out commands from the parent process. Return False if it has closed the pipe."""
         lines = os.read(0, 4096)
         for line in lines.splitlines():
             answer = "done"

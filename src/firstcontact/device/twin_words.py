@@ -64,12 +64,12 @@ def lost_text(how: str) -> str:
     return f"{LOST}{how}"
 
 
-def lost_object(text: str) -> str | None:
+def parse_lost_object(text: str) -> str | None:
     """Return "dropped" or "broken" if the marker ``text`` reports a lost object, else None."""
     return text.removeprefix(LOST) if text.startswith(LOST) else None
 
 
-def held_object(text: str) -> str | None:
+def parse_held_object(text: str) -> str | None:
     """Return the object's name if the marker ``text`` reports a new closing, else None."""
     if not text.startswith(TWIN) or text.startswith(ABOUT_HAND):
         return None

@@ -28,8 +28,8 @@ LONGEST_SELECT = 0.5
 class Child:
     """Child process that runs a module, and exchanges lines with this process over pipes.
 
-    With ``wakes``, the child is woken if this process ends, so that it can end by itself; else it
-    is killed.
+    If this process ends, the child is killed. With ``wakes``, it is only woken, and must end by
+    itself.
     """
 
     def __init__(self, module: str, *options: str, wakes: bool = False) -> None:
@@ -57,7 +57,7 @@ class Child:
         data = line.encode() + b"\n"
         deadline = time.monotonic() + timeout
         while data:
-            if not _ready(deadline, writes=[number]):
+            if not _wait_for_pipe(deadline, writes=[number]):
                 raise TimeoutError(f"process {self.pid} reads no input: end and restart it")
             # A pipe that accepts data takes a short line whole.
             data = data[os.write(number, data[: select.PIPE_BUF]) :]
@@ -71,7 +71,7 @@ class Child:
         number = _open(self._process.stdout).fileno()
         deadline = time.monotonic() + timeout
         while b"\n" not in self._unread:
-            if not _ready(deadline, reads=[number]):
+            if not _wait_for_pipe(deadline, reads=[number]):
                 raise TimeoutError(
                     f"process {self.pid} gave no answer in {timeout:g} s: end and restart it"
                 )
@@ -111,7 +111,11 @@ class Child:
 def _start_module(
     module: str, *options: str, number: signal.Signals, **popen: Any
 ) -> subprocess.Popen[bytes]:
-    """Start a child process that runs a module, and gets the signal ``number`` if this one ends."""
+    """Start a child process that runs a module. If this process ends, the child gets a signal.
+
+    ``number`` is the number of that signal. ``options`` are the module's command-line options, and
+    ``popen`` those of :class:`subprocess.Popen`.
+    """
     # Without -P a file in the user's working folder could replace a module.
     command = [sys.executable, "-P", "-m", "firstcontact.jobs.children"]
     return subprocess.Popen(  # noqa: S603
@@ -138,8 +142,10 @@ def _keep(
     process.wait()
 
 
-def _ready(deadline: float, *, reads: Sequence[int] = (), writes: Sequence[int] = ()) -> bool:
-    """Wait until a pipe can be read or written. Return False if ``deadline`` passes first.
+def _wait_for_pipe(
+    deadline: float, *, reads: Sequence[int] = (), writes: Sequence[int] = ()
+) -> bool:
+    """Return True once one of the pipes can be read or written, False if ``deadline`` passes first.
 
     ``reads`` and ``writes`` are file descriptors. ``deadline`` is in s of ``time.monotonic()``.
     """

@@ -139,9 +139,9 @@ def _check(client: Client, address: str) -> None:
     places = {"scheduler": found["scheduler"]}
     places |= {f"worker {worker}": versions for worker, versions in found["workers"].items()}
     for package in ("python", *PACKAGES):
-        local = _public(found["client"]["packages"][package])
+        local = _without_build_tag(found["client"]["packages"][package])
         for place, versions in places.items():
-            remote = _public(versions["packages"][package])
+            remote = _without_build_tag(versions["packages"][package])
             if local not in (remote, "none"):
                 raise ArgumentError(
                     f"the {place} of --cluster {address} has {package} {remote}, but this process "
@@ -149,6 +149,6 @@ def _check(client: Client, address: str) -> None:
                 )
 
 
-def _public(number: str | None) -> str:
-    """Return a version number without the build tag, the text after ``+``; "none" for None."""
+def _without_build_tag(number: str | None) -> str:
+    """Return a version without its build tag (the part from ``+`` on); "none" for None."""
     return (number or "none").partition("+")[0]

@@ -135,7 +135,7 @@ def parallel(
         return
     # Loky can fail when it ends with more jobs in its queue than it has handed out.
     ahead = "2 * n_jobs" if processes else "all"
-    with _processes() if processes else joblib.parallel_config() as config:
+    with _process_backend() if processes else joblib.parallel_config() as config:
         pool = joblib.Parallel(
             workers, prefer=prefer, return_as="generator", pre_dispatch=ahead, batch_size=1
         )
@@ -157,8 +157,8 @@ def using(runner: Callable[[Tick], Runner]) -> Iterator[None]:
         _runners.pop()
 
 
-def _processes() -> Any:
-    """Return the joblib configuration of worker processes on this machine."""
+def _process_backend() -> Any:
+    """Return the context manager in which joblib runs jobs in processes on this computer."""
     import joblib
 
     return joblib.parallel_config(
@@ -210,10 +210,10 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _numerical_libraries(modules: int) -> Any:
-    """Return threadpoolctl's controller of the loaded numerical libraries.
+    """Return threadpoolctl's controller, which sets the threads of the loaded numerical libraries.
 
-    The search takes 2 ms, so it is repeated only if ``modules``, the number of imported modules,
-    changes.
+    ``modules`` is the number of imported modules. The search for libraries takes 2 ms, so it is
+    repeated only if this number changes.
     """
     from threadpoolctl import ThreadpoolController
 

@@ -17,7 +17,7 @@ from firstcontact.core import Dataset, FileError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import TAXELS
-from firstcontact.core.plausible import clock_note, gravity_note
+from firstcontact.core.plausible import clock_column_warning, gravity_unit_warning
 from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import PINCH_COLUMNS, make_dataset, note_unknown
@@ -47,12 +47,12 @@ _SHORTEST = 0.003
 
 
 def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from an HDF5 file. ``rate`` is not used, because the file states it."""
+    """Import pinches from an HDF5 file. ``rate`` is ignored, because the file states the rate."""
     return from_arrays(path, *read_hdf5(path, NAMES, (*SETTINGS, LAYOUT)))
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a NumPy archive. ``rate`` is not used, because the file states it."""
+    """Import pinches from a NumPy archive. ``rate`` is ignored: the file states the rate."""
     arrays = {}
     remedy = "save it with numpy.savez and without objects"
     with library_errors(path, "an NPZ of plain arrays", remedy), open_regular(path) as stream:
@@ -72,7 +72,7 @@ def read_hdf5(
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
     """Read the datasets ``names`` and the attributes ``settings`` of an HDF5 file.
 
-    Return those that exist, as arrays by name, and the names of the datasets that were not read.
+    Return a dict of the arrays that exist, by name, and a list of the names of all other datasets.
     """
     require_modules("files", "h5py")
     with library_errors(path, "HDF5", "write it again"):
@@ -187,10 +187,10 @@ def from_signals(
             force="force" in signals,
             strip="strip" in signals,
         )
-        if doubt := clock_note(layout.column_names, [data[a:b] for a, b in bounds]):
+        if doubt := clock_column_warning(layout.column_names, [data[a:b] for a, b in bounds]):
             raise FileError(f"{origin}: {doubt}")
         axes = tuple(range(layout.vibration[0].axes))
-        doubt = gravity_note(sensor, layout.physical(data, axes), layout.vibration[0].unit)
+        doubt = gravity_unit_warning(sensor, layout.physical(data, axes), layout.vibration[0].unit)
         notes = [*notes, *([f"warning: {origin}: {doubt}"] if doubt else [])]
     return make_dataset(
         table,

@@ -76,9 +76,10 @@ class FileBytes:
 def read_chunks(
     path: Path, data: FileBytes, damage: list[str]
 ) -> Iterator[tuple[slice, list[Record]]]:
-    """Yield the position in the file, and the records, of each intact chunk.
+    """Yield (slice of the file's bytes, records) of each intact chunk.
 
-    Append a sentence about each damage to ``damage``. Raise FileError if this is no MCAP file.
+    Append a sentence about each damaged place to ``damage``. Raise FileError if the file is not an
+    MCAP file.
     """
     start = data[: len(MAGIC)]
     intact = sum(a == b for a, b in zip(start, MAGIC, strict=False))
@@ -100,9 +101,9 @@ def read_chunks(
 def search(
     path: Path, data: FileBytes | bytes, damage: list[str], end: int = len(MAGIC)
 ) -> Iterator[tuple[slice, list[Record]]]:
-    """Yield the position and the records of each intact chunk from byte ``end`` of ``data`` on.
+    """Yield (slice of the file's bytes, records) of each intact chunk from byte ``end`` on.
 
-    Append a sentence about each damage to ``damage``.
+    Append a sentence about each damaged place in ``data`` to ``damage``.
     """
     chunks = 0
     left = _UNPACKED + _UNPACKED_TIMES * len(data)  # bytes for all compressed chunks together
@@ -137,13 +138,14 @@ def search(
             for record in read_records(data[end:]):
                 records.append(record)
         yield slice(end, len(data)), records
-    damage += _tail(data, end, chunks)
+    damage += _tail_damage(data, end, chunks)
 
 
 def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
-    """Return a chunk's records as bytes, the CRC that it states, and how much was decompressed.
+    """Return a chunk's records as bytes, the stated CRC, and the number of decompressed bytes.
 
-    Raises ValueError if it would unpack to more than ``most`` bytes.
+    The number is 0 for a chunk without compression. Raises ValueError if the chunk would unpack to
+    more than ``most`` bytes.
     """
     size, crc, letters = struct.unpack_from("<16xQII", body)
     kind, data = body[32 : 32 + letters], body[40 + letters :]
@@ -152,14 +154,15 @@ def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
     if size > most:
         raise ValueError("it would unpack to far more than the file could hold")
     require_modules("files", "lz4", "zstandard")
-    data = _decompressed(kind, data, size)
+    data = _decompress(kind, data, size)
     return data, crc, len(data)
 
 
-def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
-    """Decompress ``packed`` with the method ``kind``. Raise ValueError unless this gives ``size``.
+def _decompress(kind: bytes, packed: bytes, size: int) -> bytes:
+    """Decompress bytes by zstd if ``kind`` is b"zstd", otherwise by LZ4.
 
-    At most ``size + 1`` bytes are decompressed, so that a false size cannot fill the memory.
+    Raises ValueError unless the result has ``size`` bytes. No more than ``size + 1`` bytes are
+    decompressed, so that a false size cannot fill the memory.
     """
     data: bytes
     if kind == b"zstd":
@@ -175,12 +178,15 @@ def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
 
         data = LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
     if len(data) != size:
-        raise ValueError("the compressed data have another size")
+        raise ValueError("a chunk decompresses to another size than its header states")
     return data
 
 
 def find_chunks(data: FileBytes | bytes, start: int = len(MAGIC)) -> Iterator[tuple[int, int]]:
-    """Yield the start and the end of all bytes that look like a chunk, even inside other chunks."""
+    """Yield (start, end) of each part of the bytes that looks like a chunk.
+
+    Such parts may lie inside other ones. ``start`` is the first byte to search.
+    """
     for base in range(start, len(data), _PIECE):
         piece = data[base : base + _PIECE + _BEGINNING]
         position = 0
@@ -193,7 +199,7 @@ def find_chunks(data: FileBytes | bytes, start: int = len(MAGIC)) -> Iterator[tu
 
 
 def _is_framed(data: FileBytes | bytes, position: int, stop: int) -> bool:
-    """Return True if the bytes ``position`` to ``stop`` are complete records without a chunk."""
+    """Return True if the bytes ``position`` to ``stop`` are whole records, none of them a chunk."""
     while position < stop:
         if stop - position < FRAME.size:
             return False
@@ -204,10 +210,10 @@ def _is_framed(data: FileBytes | bytes, position: int, stop: int) -> bool:
     return position == stop
 
 
-def _tail(data: FileBytes | bytes, end: int, read: int) -> list[str]:
-    """Return sentences about damage after the last intact chunk.
+def _tail_damage(data: FileBytes | bytes, end: int, read: int) -> list[str]:
+    """Return sentences about damaged bytes after the last intact chunk.
 
-    ``end`` is the end of that chunk, and ``read`` the number of intact chunks.
+    ``end`` is the position after that chunk, and ``read`` the number of intact chunks in the file.
     """
     footer = len(data) - len(MAGIC) - _FOOTER_BYTES
     is_footer = footer >= end and data[footer : footer + 1] == bytes([Opcode.FOOTER])
@@ -226,9 +232,9 @@ def _tail(data: FileBytes | bytes, end: int, read: int) -> list[str]:
 
 
 def _chunk_count(data: FileBytes | bytes, footer: int) -> int | None:
-    """Return the number of chunks that the file's summary states; None if that is damaged.
+    """Return the number of chunks that the file's summary states; None if the summary is damaged.
 
-    ``footer`` is the position of the footer.
+    ``footer`` is the position of the footer record, which says where the summary is.
     """
     position, _, crc = struct.unpack("<QQI", data[footer + FRAME.size : -len(MAGIC)])
     if not 0 < position <= footer:

@@ -71,10 +71,10 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
             f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
             "(one row is one sample)"
         )
-    bounds = _bounds(table)
+    bounds = _pinch_rows(table)
     rows = [(0, bounds[-1][1])]
-    given = {name: _constant(table, name, rows)[0] for name in SETTINGS if name in table}
-    given["sample_rate_hz"] = str(_rate(table, bounds, given.get("sample_rate_hz"), rate))
+    given = {name: _value_per_pinch(table, name, rows)[0] for name in SETTINGS if name in table}
+    given["sample_rate_hz"] = str(_find_rate(table, bounds, given.get("sample_rate_hz"), rate))
     if LAYOUT in table:
         texts = set(table[LAYOUT]) - {""}
         if len(texts) != 1:
@@ -85,32 +85,34 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         given[LAYOUT] = texts.pop()
         layout = read_layout(str(path), given[LAYOUT])
         names = {name: [name] for name in map(str.strip, layout.column_names)}
-        signals = {name: _signal(table, name) for name in names}
+        signals = {name: _column_samples(table, name) for name in names}
     else:
         remedy = "column 'piezo_index': add it (one row is one sample)"
         sensor = find_sensor(str(path), table, remedy, "_index")
-        fingers = _vibration(table, sensor)
-        names = {sensor: [name for finger in fingers for name in finger], **_others(table)}
+        fingers = _vibration_columns(table, sensor)
+        names = {sensor: [name for finger in fingers for name in finger], **_other_columns(table)}
         for kind in {sensor, "force"}.intersection(names):
-            given[f"{kind}_unit"] = _unit(table, kind, names[kind], given.get(f"{kind}_unit"))
+            given[f"{kind}_unit"] = _find_unit(table, kind, names[kind], given.get(f"{kind}_unit"))
         signals = {
-            kind: joined([_signal(table, name, kind == sensor)[:, None] for name in columns])
+            kind: joined(
+                [_column_samples(table, name, kind == sensor)[:, None] for name in columns]
+            )
             for kind, columns in names.items()
         }
         signals[sensor] = signals[sensor].reshape(len(table["pinch"]), len(fingers), -1)
     labels = {name: table[name] for name in PINCH_COLUMNS if name in table}
     for name in labels:
-        _constant(table, name, bounds)
+        _value_per_pinch(table, name, bounds)
     of_rows = Table(path, labels, table.numbers, units=table.units)
     of_pinches = of_rows.of_rows([start for start, _ in bounds])
     unknown = set(table) - _NOT_SIGNALS - {name for columns in names.values() for name in columns}
     return from_signals(of_pinches, signals, bounds, given, note_unknown(table, unknown))
 
 
-def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
+def _vibration_columns(table: Table, sensor: VibrationSensor) -> list[list[str]]:
     """Return the names of the columns of each vibration sensor, one list per sensor.
 
-    There is one sensor of no finger, or one each of index finger and thumb.
+    The file has one sensor that belongs to no finger, or a sensor on one finger or on both.
     """
 
     def columns_named(named: str) -> list[str]:
@@ -129,10 +131,10 @@ def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
     return present
 
 
-def _others(table: Table) -> dict[str, list[str]]:
-    """Return the names of the columns of the force and of the contact strips, by kind of signal.
+def _other_columns(table: Table) -> dict[str, list[str]]:
+    """Return the column names of force and contact strips, by kind of signal.
 
-    Raises FileError if only some columns of a kind exist.
+    A kind without columns is absent. Raises FileError if only some columns of a kind exist.
     """
     for names in _OTHERS.values():
         missing = [name for name in names if name not in table]
@@ -144,10 +146,11 @@ def _others(table: Table) -> dict[str, list[str]]:
     return {kind: names for kind, names in _OTHERS.items() if names[0] in table}
 
 
-def _unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> str:
-    """Return the unit of a kind of signal: stated, or in its column names, as "piezo_index (mV)".
+def _find_unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> str:
+    """Return the unit of the signals of one ``kind``, which have the column names ``names``.
 
-    Raises FileError if there are two units, or none for a sensor that needs one.
+    It is ``stated``, or stands in a column's name, as in "piezo_index (mV)". Raises FileError if
+    there are two units, or no unit for a kind of sensor that needs one.
     """
     given = [stated, *map(table.units.get, names)]
     units = [*dict.fromkeys(unit for unit in given if unit is not None)]
@@ -163,8 +166,8 @@ def _unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> 
     return units[0] if units else "V"
 
 
-def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:
-    """Return the samples in the column ``name``, integers if all are whole numbers."""
+def _column_samples(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:
+    """Return the samples in the column ``name``: integers if all are whole numbers, else floats."""
     if name not in table:
         raise FileError(f"{table.path} has no column {quote(name)}: add it, or export it again")
     values = np.array(table.parsed(name, parse_float))
@@ -173,8 +176,8 @@ def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]
     return (check_vibration if is_vibration else check_samples)(f"{table.path}: {name}", values)
 
 
-def _bounds(table: Table) -> Bounds:
-    """Return the first row of each pinch, and the row after its last one."""
+def _pinch_rows(table: Table) -> Bounds:
+    """Return (first row, row after the last one) of each pinch."""
     bounds = []
     seen = set()
     start = 0
@@ -189,8 +192,8 @@ def _bounds(table: Table) -> Bounds:
     return bounds
 
 
-def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
-    """Return the value of a column in each pinch. Raise FileError if it changes within a pinch."""
+def _value_per_pinch(table: Table, name: str, bounds: Bounds) -> list[str]:
+    """Return the value of a column in each pinch. Raise FileError if a pinch has two values."""
     cells = table[name]
     for start, stop in bounds:
         for row in range(start, stop):
@@ -200,10 +203,11 @@ def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
     return [cells[start] for start, _ in bounds]
 
 
-def _rate(table: Table, bounds: Bounds, written: str | None, option: float | None) -> float:
-    """Return the sampling rate, Hz, from ``--rate``, ``sample_rate_hz`` or the times ``time_s``.
+def _find_rate(table: Table, bounds: Bounds, written: str | None, option: float | None) -> float:
+    """Return the sampling rate, Hz.
 
-    Raises FileError if two of these differ or all are missing.
+    ``option`` is the rate that the user gave, and ``written`` the cell "sample_rate_hz". The column
+    "time_s" gives a third rate. Raises FileError if two of these differ or all are missing.
     """
     rates: list[tuple[str, float]] = []
     if option is not None:
@@ -215,7 +219,7 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
     if "time_s" in table:
         times = np.array(table.parsed("time_s", parse_float))
         for start, stop in bounds:
-            measured, error = _rate_of_time(table, times, start, stop)
+            measured, error = _rate_from_times(table, times, start, stop)
             rates.append(("time_s", measured))
             uncertain = max(uncertain, error)
     if not rates:
@@ -242,12 +246,12 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
     return next(r for r in simple if abs(r - rate) <= uncertain * rate)
 
 
-def _rate_of_time(
+def _rate_from_times(
     table: Table, times: NDArray[np.float64], start: int, stop: int
 ) -> tuple[float, float]:
     """Return the mean sampling rate of one pinch, Hz, and the rate's relative error from rounding.
 
-    The pinch has the rows ``start`` to ``stop``. Raises FileError if its times do not rise evenly.
+    The pinch has the rows ``start`` to ``stop``. Raises FileError if the times do not rise evenly.
     """
     moments = times[start:stop]
     steps = np.diff(moments)
@@ -284,7 +288,7 @@ def _rate_of_time(
 
 
 def _checked_rate(table: Table, rate: float) -> float:
-    """Return ``rate``, Hz. Raise FileError, with the unit that would fit, if it is impossible."""
+    """Return ``rate``, Hz. If it is impossible, raise FileError with a unit that would fit."""
     origin = f"{table.path}: the rate of time_s"
     for unit, factor in (("ms", 1e3), ("us", 1e6)):
         if not LOWEST_RATE <= rate <= HIGHEST_RATE and 1e3 <= rate * factor <= 1e5:

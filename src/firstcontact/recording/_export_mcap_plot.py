@@ -48,7 +48,7 @@ def _write(dataset: Dataset, path: Path) -> None:
 
         begin = 0
         for pinch in dataset.pinches:
-            topics = _topics(pinch)
+            topics = _signals_by_topic(pinch)
             last = begin
             for topic, (times, values) in topics.items():
                 stamps = (begin + np.round(times * _NANO)).astype(np.int64).tolist()
@@ -57,7 +57,7 @@ def _write(dataset: Dataset, path: Path) -> None:
                         message = _NUMBER.pack(_CDR, value)
                         add(topic, "std_msgs/msg/Float64", stamp, message)
                 last = max([last, *stamps[-1:]])
-            for at, sentence in _contacts(pinch):
+            for at, sentence in _contact_texts(pinch):
                 text = sentence.encode() + b"\0"
                 stamp = begin + round(at * _NANO)
                 add(CONTACTS, "std_msgs/msg/String", stamp, _TEXT.pack(_CDR, len(text)) + text)
@@ -65,8 +65,11 @@ def _write(dataset: Dataset, path: Path) -> None:
         writer.finish()  # type: ignore[no-untyped-call]
 
 
-def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
-    """Return times, s from the pinch's start, and values of each channel, by MCAP topic."""
+def _signals_by_topic(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
+    """Return (times, values) of each channel, by MCAP topic.
+
+    Times are in s from the start of the pinch, and values in physical units, both of shape (n,).
+    """
     layout = pinch.layout
     physical = layout.physical(pinch.data, tuple(range(layout.width)))
     times = np.arange(len(pinch.data)) / layout.rate
@@ -84,8 +87,8 @@ def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
     return out
 
 
-def _contacts(pinch: Pinch) -> Iterator[tuple[float, str]]:
-    """Yield the time of each contact, s from the pinch's start, and a text about the contact."""
+def _contact_texts(pinch: Pinch) -> Iterator[tuple[float, str]]:
+    """Yield (time, text) of each contact of a pinch. The time is in s from the pinch's start."""
     label = pinch.label
     words = ", ".join(filter(None, (label.object or "unknown object", label.value_words)))
     for contact in pinch.truth:

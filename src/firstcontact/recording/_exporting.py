@@ -52,15 +52,17 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
 
 
 def _write_csv(dataset: Dataset, path: Path) -> None:
-    of_pinch, of_file = _values(dataset, dataset.layout.channels)
+    of_pinch, of_file = _export_values(dataset, dataset.layout.channels)
     layout = of_file.pop(LAYOUT)  # long, so only once in each pinch
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
-        writer.writerow(["pinch", *_signals(dataset.pinches[0]), *of_pinch, *of_file, LAYOUT])
+        writer.writerow(
+            ["pinch", *_signals_by_column(dataset.pinches[0]), *of_pinch, *of_file, LAYOUT]
+        )
         for i, pinch in enumerate(dataset.pinches):
             same = [*(column[i] for column in of_pinch.values()), *of_file.values()]
             once = layout
-            time, *signals = _signals(pinch).values()
+            time, *signals = _signals_by_column(pinch).values()
             for now, *row in zip(time, *signals, strict=True):
                 # Nine digits restore every float32 exactly.
                 writer.writerow([i, f"{now:.9f}", *(f"{v:.9g}" for v in row), *same, once])
@@ -71,14 +73,14 @@ def _write_parquet(dataset: Dataset, path: Path) -> None:
     import pyarrow as pa
     from pyarrow import parquet
 
-    of_pinch, of_file = _values(dataset, dataset.layout.channels)
+    of_pinch, of_file = _export_values(dataset, dataset.layout.channels)
     of_file.pop(LAYOUT)  # no importer reads it here
 
     def table(i: int) -> Any:
         labels = {**{name: column[i] for name, column in of_pinch.items()}, **of_file}
         count = len(dataset[i].data)
         repeated = {name: [value] * count for name, value in labels.items()}
-        return pa.table({"pinch": np.full(count, i), **_signals(dataset[i]), **repeated})
+        return pa.table({"pinch": np.full(count, i), **_signals_by_column(dataset[i]), **repeated})
 
     with parquet.ParquetWriter(path, table(0).schema) as writer:
         for i in range(len(dataset)):
@@ -103,7 +105,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
         ChannelKind.FORCE: (2, TAXELS),
         ChannelKind.STRIP: (2,),
     }
-    columns = {kind: _by_finger(layout, kind) for kind in shapes}
+    columns = {kind: _columns_by_finger(layout, kind) for kind in shapes}
     for kind, shape in shapes.items():
         if columns[kind] and len(columns[kind]) != math.prod(shape):
             raise FileError(
@@ -112,7 +114,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
             )
     channels = layout.column_channels
     ordered = dict.fromkeys(channels[i] for kind in shapes for i in columns[kind])
-    of_pinch, of_file = _values(dataset, list(ordered))
+    of_pinch, of_file = _export_values(dataset, list(ordered))
     # The file is built in memory, because the library crashes the process on a full disk.
     image = BytesIO()
     with h5py.File(image, "w") as file:
@@ -132,14 +134,14 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if is_text else None)
         for name in dict.fromkeys(name for pinch in dataset for name in pinch.groups):
             parts = [p.group(name) if name in p.groups else (np.zeros(0),) * 2 for p in dataset]
-            file[f"groups/{name}/time_s"] = _padded([times for times, _ in parts])
-            file[f"groups/{name}/values"] = _padded([values for _, values in parts])
+            file[f"groups/{name}/time_s"] = _stack_padded([times for times, _ in parts])
+            file[f"groups/{name}/values"] = _stack_padded([values for _, values in parts])
         file.attrs.update(of_file)
     path.write_bytes(image.getbuffer())
 
 
-def _padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Stack arrays of different lengths into one array. Fill the short ones up with NaN."""
+def _stack_padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Stack arrays of different lengths into one array. Fill up shorter arrays with NaN."""
     longest = max(parts, key=len)
     out = np.full((len(parts), *longest.shape), math.nan)
     for row, part in zip(out, parts, strict=True):
@@ -147,33 +149,33 @@ def _padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
     return out
 
 
-def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
-    """Return the numbers of one kind's columns, ordered by finger, then by taxel or axis."""
+def _columns_by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
+    """Return the column numbers of one kind of channel, sorted by finger, then by taxel or axis."""
     channels = layout.column_channels
     columns = [i for i, channel in enumerate(channels) if channel.kind is kind]
     columns.sort(key=lambda i: (channels[i].finger or 0, channels[i].taxel or 0))
     return tuple(columns)
 
 
-def _values(
+def _export_values(
     dataset: Dataset, channels: Sequence[Channel]
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Return what an export holds beside samples: lists with a value per pinch, and file settings.
+    """Return what an export holds beside the samples, as two dicts by name.
 
-    Both are by name. The settings include the layout of ``channels``, whose signals are exported in
-    physical units.
+    The first dict has lists with one value per pinch, and the second dict has the settings of the
+    file. One setting is the layout of ``channels``, whose signals are exported in physical units.
     """
     physical = tuple(replace(c, scale=1.0, offset=0.0) for c in channels)
     layout = Layout(physical, dataset.layout.rate)
     text = json.dumps(layout.to_json(), ensure_ascii=False)
-    return _pinch_values(dataset), {**_file_values(dataset), LAYOUT: text}
+    return _pinch_values(dataset), {**_file_settings(dataset), LAYOUT: text}
 
 
 def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
-    """Return labels and contacts by column name, one value per pinch.
+    """Return labels and contacts as lists by column name, with one value per pinch.
 
-    Columns that are unknown for a pinch are left out, or hold -1. Contacts count from the first
-    sample of the pinch.
+    An unknown contact or speed is -1. A column of labels with an unknown value is left out. The
+    samples of contacts are counted from the first sample of the pinch.
     """
     pinches = dataset.pinches
 
@@ -204,10 +206,11 @@ def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
     return {name: column for name, column in values.items() if not {None, ""} & set(column)}
 
 
-def _file_values(dataset: Dataset) -> dict[str, Any]:
-    """Return the settings that all pinches share, such as the rate, by the importers' names.
+def _file_settings(dataset: Dataset) -> dict[str, Any]:
+    """Return the settings that all pinches share, such as the rate.
 
-    Raises FileError if the vibration channels differ in one of them.
+    The keys are the names that the importers read. Raises FileError if the vibration channels
+    differ in such a setting.
     """
     first, *others = dataset.layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
@@ -225,10 +228,10 @@ def _file_values(dataset: Dataset) -> dict[str, Any]:
     }
 
 
-def _signals(pinch: Pinch) -> dict[str, Any]:
-    """Return the times, s, and the signals of a pinch in physical units, by column name.
+def _signals_by_column(pinch: Pinch) -> dict[str, Any]:
+    """Return the columns of a pinch by name: the times, s, and the signals in physical units.
 
-    Raises FileError if a channel has the name of another column.
+    Raises FileError if the name of a channel is also that of another column.
     """
     names = pinch.layout.column_names
     clashes = sorted(_NAMES & set(map(str.strip, names)))

@@ -54,7 +54,7 @@ _ALIKE = 0.75
 
 
 def parse_text(value: Any) -> str:
-    """Return a cell as text in one spelling, perhaps "". Raise ValueError if it is too long."""
+    """Return a cell as text in one spelling. Raise ValueError if the text is too long."""
     if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
         raise ValueError("which must be a text or a number")
     text = plain_name(as_text(value))
@@ -123,9 +123,9 @@ def _parse_shape(value: Any) -> str:
 def bounded(
     parse: Callable[[Any], Any], low: float, high: float, *, or_unknown: bool = False
 ) -> Callable[[Any], Any]:
-    """Return ``parse`` with a check that the number is from ``low`` to ``high``.
+    """Return a parser that calls ``parse`` and checks that the number is from ``low`` to ``high``.
 
-    With ``or_unknown``, -1 (unknown) passes, too.
+    With ``or_unknown``, the number -1 (unknown) is also allowed.
     """
 
     def parse_bounded(value: Any) -> Any:
@@ -190,7 +190,7 @@ def make_dataset(
     package exported. Raises FileError, which names the cell, for an unusable label.
     """
     labels, assumed = _labels(table, len(cuts))
-    contacts, guessed = _contacts(table, cuts, layout, exported)
+    contacts, guessed = _parse_contacts(table, cuts, layout, exported)
     motors = _motor_starts(table, [len(cut) for cut in cuts], contacts)
     speeds = _closing_speeds(table, len(cuts))
     pinches = [
@@ -224,9 +224,10 @@ def make_dataset(
 
 
 def note_unknown(table: Table, names: Iterable[str], noun: str = "columns") -> list[str]:
-    """Return a note about the ``names`` in a file that are not labels; [] if all are.
+    """Return a list with a note about the ``names`` that are not names of labels; [] if all are.
 
-    The note asks about names that look like a misspelt label. ``noun`` says what they name.
+    The note asks about names that look like a misspelt label. ``noun`` is the word for what has
+    these names in the file, such as "columns".
     """
     unknown = sorted(set(names) - {*PINCH_COLUMNS, "file", "source", "comment"})
     questions = [
@@ -249,10 +250,10 @@ def _stated_source(table: Table) -> str:
     return one_of(table.path, "source", sources[0], SOURCES)
 
 
-def _parsed(table: Table, name: str) -> list[Any] | None:
-    """Return the parsed values of a column of labels; None if the table lacks the column.
+def _parse_column(table: Table, name: str) -> list[Any] | None:
+    """Parse a column of labels. Return its values; None if the table lacks the column.
 
-    Numbers are converted from the unit in the column's header.
+    Numbers in the unit of the column's header are converted to the unit of the label.
     """
     unit, factors = table.units.get(name), _UNITS.get(name, {})
     spelling = plain_unit(unit or "")
@@ -273,27 +274,29 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
     return table.parsed(name, PINCH_COLUMNS[name])
 
 
-def _either(table: Table, name: str, other: str) -> list[Any] | None:
-    """Return the parsed values of the column ``name`` or ``other``; None if both are missing.
+def _parse_either(table: Table, name: str, other: str) -> list[Any] | None:
+    """Parse the column ``name`` or ``other``. Return its values; None if both are missing.
 
-    Raises FileError if both exist.
+    Raises FileError if both columns exist.
     """
     if name in table and other in table:
         raise FileError(f"{table.path} has both '{name}' and '{other}': keep one of them")
-    return _parsed(table, other if other in table else name)
+    return _parse_column(table, other if other in table else name)
 
 
 def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
     notes = []
-    objects = _either(table, "object", "material") or [""] * pinches
-    rank = _either(table, "hardness_rank", "hardness_class")
-    physical = {q.name: values for q in PHYSICAL if (values := _parsed(table, q.name)) is not None}
+    objects = _parse_either(table, "object", "material") or [""] * pinches
+    rank = _parse_either(table, "hardness_rank", "hardness_class")
+    physical = {
+        q.name: values for q in PHYSICAL if (values := _parse_column(table, q.name)) is not None
+    }
     if len(physical) > 1:
         raise FileError(
             f"{table.path} has the columns {' and '.join(physical)}: keep one of them, because a "
             "dataset has one quantity"
         )
-    specimens = _parsed(table, "specimen")
+    specimens = _parse_column(table, "specimen")
     if specimens is None:
         unit, specimens = "", ["unknown"] * pinches
         if any(objects):
@@ -305,14 +308,14 @@ def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
             unit, specimens = "hardness rank", [str(r) for r in rank]
         each = f"one specimen for each {unit}" if unit else "one specimen"
         notes.append(f"no specimen column: {each} was assumed")
-    sessions = _parsed(table, "session")
+    sessions = _parse_column(table, "session")
     if sessions is None:
         sessions = [ASSUMED_SESSION] * pinches
         notes.append("no session column: all pinches were taken as one session")
     if not physical and rank is None:
         notes.append(f"no {', '.join(QUANTITIES)} or hardness_class column: stiffness is not known")
-    roles = _parsed(table, "role") or [Role.TRAIN] * pinches
-    shapes = _parsed(table, "shape") or [""] * pinches
+    roles = _parse_column(table, "role") or [Role.TRAIN] * pinches
+    shapes = _parse_column(table, "shape") or [""] * pinches
     unknown = [None] * pinches
     shore, modulus, stiffness = (
         physical.get(q.name) or unknown for q in (SHORE_A, MODULUS, STIFFNESS)
@@ -322,19 +325,20 @@ def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
     return [Label(*row) for row in rows], notes
 
 
-def _contacts(
+def _parse_contacts(
     table: Table, cuts: Sequence[NDArray[Any]], layout: Layout, exported: bool
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
-    """Return the contacts of each pinch from a table, and notes for the user.
+    """Return the contacts of each pinch, as a table states them, and notes for the user.
 
-    Samples count from the first one of the pinch. A finger that the table does not name is the one
-    whose vibration rises more.
+    Their samples are counted from the first sample of the pinch. If the table does not name the
+    first finger, it is the one whose vibration rises more. ``exported`` is True for files that this
+    package exported.
     """
     unknown = [-1] * len(cuts)
-    firsts = _either(table, "first_contact", "pre_trigger_samples") or unknown
+    firsts = _parse_either(table, "first_contact", "pre_trigger_samples") or unknown
     name = "pre_trigger_samples" if "pre_trigger_samples" in table else "first_contact"
-    seconds = _parsed(table, "second_contact") or unknown
-    fingers = _parsed(table, "first_finger") or [None] * len(cuts)
+    seconds = _parse_column(table, "second_contact") or unknown
+    fingers = _parse_column(table, "first_finger") or [None] * len(cuts)
     owners, vibration = layout.vibration_fingers, list(layout.columns(ChannelKind.VIBRATION))
     is_exact = exported and "first_finger" in table
     contacts = []
@@ -374,8 +378,11 @@ def _contacts(
 def _motor_starts(
     table: Table, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
-    """Return the sample of each pinch at which the motor starts, from 0; None if unknown."""
-    starts = _parsed(table, "motor_start") or [-1] * len(lengths)
+    """Return the sample at which the motor starts, for each pinch; None if unknown.
+
+    It is counted from the first sample of the pinch. ``lengths`` are the numbers of samples.
+    """
+    starts = _parse_column(table, "motor_start") or [-1] * len(lengths)
     for row, (start, length, truth) in enumerate(zip(starts, lengths, contacts, strict=True)):
         end = truth[0].sample if truth else length
         if not -1 <= start < max(end, 0):
@@ -385,8 +392,8 @@ def _motor_starts(
 
 
 def _closing_speeds(table: Table, pinches: int) -> list[ClosingSpeed | None]:
-    speeds = _parsed(table, "closing_speed")
-    errors = _parsed(table, "closing_speed_error")
+    speeds = _parse_column(table, "closing_speed")
+    errors = _parse_column(table, "closing_speed_error")
     if speeds is None:
         return [None] * pinches
     for row, (speed, error) in enumerate(zip(speeds, errors or [-1] * pinches, strict=True)):
@@ -402,7 +409,8 @@ def _closing_speeds(table: Table, pinches: int) -> list[ClosingSpeed | None]:
 def _louder_finger(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
     """Return the finger whose vibration rises more above its noise after the first contact.
 
-    ``first`` and ``second`` are the contacts' rows in ``signals``; ``second`` is -1 if unknown.
+    ``signals`` has the shape (samples, fingers). The contacts are at the samples ``first`` and
+    ``second``, which is -1 if unknown.
     """
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]

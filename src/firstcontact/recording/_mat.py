@@ -55,7 +55,7 @@ def import_mat(
             raise FileError(
                 f"{path} needs a CSV file that describes its signals: give it with --channels"
             )
-        return _from_named(path)
+        return _import_named(path)
     signals = read_signals(channels)
     lacking = next((s.variable for s in signals if s.rate is None), None)
     if lacking is not None:
@@ -65,7 +65,7 @@ def import_mat(
         )
     files, table = _files(path, labels)
     notes: list[str] = []
-    pinches = [_signals(file, signals, notes) for file in files]
+    pinches = [_read_signals(file, signals, notes) for file in files]
     for file, pinch in zip(files, pinches, strict=True):
         if pinch.layout != pinches[0].layout:
             raise FileError(
@@ -94,8 +94,11 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
     return [path], table.of_rows(rows)
 
 
-def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
-    """Read the signals that the table of channels names from one file. Append to ``notes``."""
+def _read_signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
+    """Read from one file the ``signals`` that a table of channels describes.
+
+    Append a note about all other variables to ``notes``.
+    """
     arrays, unread = read_mat(file, {s.variable for s in signals})
     parts = []
     for signal in signals:
@@ -122,8 +125,8 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
     return combine(str(file), parts)
 
 
-def _from_named(path: Path) -> Dataset:
-    """Import a MATLAB file whose variables have the names that the import page lists."""
+def _import_named(path: Path) -> Dataset:
+    """Import a MATLAB file whose variables have the names in ``NAMES``."""
     arrays, unread = read_mat(path, NAMES)
     if not any(name in arrays for name in VibrationSensor):
         raise FileError(
@@ -145,7 +148,7 @@ def _from_named(path: Path) -> Dataset:
 def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
     """Read the variables ``names`` from a MATLAB file.
 
-    Return those that exist, as arrays by name, and the names of the others in the file.
+    Return a dict of the variables that exist, by name, and a list of the names of all others.
     """
     with library_errors(path, "a MATLAB file", "save it again"), open_regular(path) as stream:
         if stream.read(len(_HDF5)) == _HDF5:
@@ -158,14 +161,15 @@ def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
         wanted = [name for name in stored if name in names]
         stream.seek(0)
         loaded = loadmat(stream, variable_names=wanted)
-        arrays = {name: _plain(path, name, loaded[name]) for name in wanted}
+        arrays = {name: _plain_array(path, name, loaded[name]) for name in wanted}
         return arrays, sorted(set(stored) - set(names))
 
 
-def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
-    """Return a variable's numbers or texts as an array. Raise FileError for another type.
+def _plain_array(path: Path, name: str, values: Any) -> NDArray[Any]:
+    """Return the numbers or texts of the variable ``name`` as an array.
 
-    A cell array of single values becomes an array of these values.
+    A cell array of single values becomes an array of these values. Raises FileError for another
+    type.
     """
     array = np.asarray(values)
     if array.dtype == object:

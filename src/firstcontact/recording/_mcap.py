@@ -37,9 +37,9 @@ class Opcode(IntEnum):
 
 
 def read_records(data: bytes) -> Iterator[tuple[int, str | bytes]]:
-    """Yield (channel's number, topic) for each channel, and (channel's number, data) per message.
+    """Yield (channel's number, topic) for each channel, (channel's number, data) for each message.
 
-    Topics are str, data are bytes. Raises ValueError or struct.error for an incomplete record.
+    A topic is a str, data are bytes. Raises ValueError or struct.error for an incomplete record.
     """
     position = 0
     while position < len(data):
@@ -65,8 +65,8 @@ def _text(text: str) -> bytes:
     return struct.pack("<I", len(data)) + data
 
 
-def _pairs(numbers: Mapping[int, int]) -> bytes:
-    """Encode a mapping from numbers (16 bits) to numbers (64 bits) as in MCAP."""
+def _encode_mapping(numbers: Mapping[int, int]) -> bytes:
+    """Encode a mapping from 16-bit to 64-bit numbers in the format of MCAP."""
     pairs = b"".join(struct.pack("<HQ", *pair) for pair in numbers.items())
     return struct.pack("<I", len(pairs)) + pairs
 
@@ -74,7 +74,7 @@ def _pairs(numbers: Mapping[int, int]) -> bytes:
 class McapWriter:
     """Writer of messages to an MCAP file, in uncompressed chunks.
 
-    A chunk goes to ``stream`` when it has more than ``chunk_size`` bytes, or by :meth:`flush`.
+    A chunk is written to ``stream`` by :meth:`flush`, or if it has more than ``chunk_size`` bytes.
     """
 
     def __init__(self, stream: IO[bytes], chunk_size: int) -> None:
@@ -140,7 +140,7 @@ class McapWriter:
             head = struct.pack("<HI", channel, len(index))
             self._write(_record(Opcode.MESSAGE_INDEX, head, index))
         lengths = struct.pack("<QQ", start, end - start)
-        indexed = _pairs(places) + struct.pack("<Q", self._position - end)
+        indexed = _encode_mapping(places) + struct.pack("<Q", self._position - end)
         self._chunks.append(
             _record(Opcode.CHUNK_INDEX, span, lengths, indexed, _text(""), size, size)
         )
@@ -157,7 +157,7 @@ class McapWriter:
         self._write(_record(Opcode.DATA_END, bytes(4)))
         counts = (len(self._schemas), len(self._channels), 0, 0, len(self._chunks))
         statistics = struct.pack("<QHIIII", self._counts.total(), *counts)
-        statistics += struct.pack("<QQ", *(self._span or (0, 0))) + _pairs(self._counts)
+        statistics += struct.pack("<QQ", *(self._span or (0, 0))) + _encode_mapping(self._counts)
         groups: dict[Opcode, Sequence[bytes]] = {
             Opcode.SCHEMA: self._schemas,
             Opcode.CHANNEL: self._channels,

@@ -118,9 +118,9 @@ def read_recording(path: AnyPath) -> Recording:
     for group in header.layout.groups:
         groups[group.name], group_losses = index.stretches(f"/samples/{group.name}")
         losses += [f"group {group.name}: {loss}" for loss in group_losses]
-    pinches, lost_marks = _read(messages.texts["/pinch"], read_mark, "pinch marks")
+    pinches, lost_marks = _parse_usable(messages.texts["/pinch"], read_mark, "pinch marks")
     pinches = _distinct_marks(path, pinches)
-    markers, lost_markers = _read(messages.texts["/marker"], read_marker, "markers")
+    markers, lost_markers = _parse_usable(messages.texts["/marker"], read_marker, "markers")
     skipped = (*damage, *losses, *_missing_marks(pinches), *lost_marks, *lost_markers)
     for sentence in skipped:
         _log.info("%s: %s", path, sentence)
@@ -128,7 +128,7 @@ def read_recording(path: AnyPath) -> Recording:
 
 
 class _Messages:
-    """Messages of a file: the contents of texts by topic, and the positions of samples."""
+    """Messages of a recording file: texts by topic, and the positions of samples in the file."""
 
     def __init__(self, path: Path, data: FileBytes) -> None:
         self._path, self._data = path, data
@@ -160,8 +160,11 @@ class _Messages:
 
     @property
     def header(self) -> Header:
-        """First usable header in the file. If none is usable, raise the first one's error."""
-        return _header(self._path, self._headers)
+        """First usable header in the file.
+
+        Raises the error of the first header if no header is usable.
+        """
+        return _first_usable_header(self._path, self._headers)
 
     @property
     def index(self) -> _Index:
@@ -169,7 +172,7 @@ class _Messages:
 
 
 class _Index:
-    """Positions in a file of the messages with samples, by topic."""
+    """Index of the messages with samples: their positions in a file, by topic."""
 
     def __init__(self, path: Path, data: FileBytes, header: Header) -> None:
         self._path = path
@@ -206,7 +209,7 @@ class _Index:
                 spans.append((block.epoch, span))
 
     def stretches(self, topic: str) -> tuple[tuple[Block, ...], list[str]]:
-        """Return the samples of a topic as blocks without gaps, and sentences about losses.
+        """Return the samples of a topic as blocks without gaps, and sentences about lost samples.
 
         Raises FileError if the samples do not fit the header, or contradict each other.
         """
@@ -219,16 +222,16 @@ class _Index:
         try:
             stretches, losses = join([Stretch(store, e, [span]) for e, span in self._spans[topic]])
         except ValueError as error:
-            raise _merged(self._path, f"in {topic} {error}") from error
+            raise _merged_error(self._path, f"in {topic} {error}") from error
         bad = self._bad[topic]
         unusable = [f"{bad} messages hold no samples and were left out"] if bad else []
         return stretches, [*unusable, *losses]
 
 
-def _header(path: Path, headers: Iterable[bytes]) -> Header:
-    """Return the first usable header. If none is usable, raise the error of the first one.
+def _first_usable_header(path: Path, headers: Iterable[bytes]) -> Header:
+    """Parse the JSON texts of all headers in a file. Return the first usable header.
 
-    ``headers`` are the JSON texts of a file's header messages.
+    Raises the error of the first header if no header is usable.
     """
     first: InputError | None = None
     usable: list[Header] = []
@@ -239,7 +242,7 @@ def _header(path: Path, headers: Iterable[bytes]) -> Header:
             first = first or error
             continue
         if usable and header != usable[0]:
-            raise _merged(path, "two different headers")
+            raise _merged_error(path, "two different headers")
         usable.append(header)
     if usable:
         return usable[0]
@@ -249,8 +252,11 @@ def _header(path: Path, headers: Iterable[bytes]) -> Header:
     )
 
 
-def _merged(path: Path, fault: str) -> InputError:
-    """Return the error for a file that several recordings were merged into. ``fault`` shows it."""
+def _merged_error(path: Path, fault: str) -> InputError:
+    """Return the error for a file into which several recordings were merged.
+
+    ``fault`` completes the sentence "the file has ...", and is what shows the merge.
+    """
     return FileError(
         f"{path} has {fault}: several recordings were merged into it, so use the recordings that "
         "it was made from, one by one"
@@ -258,26 +264,28 @@ def _merged(path: Path, fault: str) -> InputError:
 
 
 def _distinct_marks(path: Path, marks: Iterable[PinchMark]) -> tuple[PinchMark, ...]:
-    """Return the marks of pinches, without copies. Raise FileError if one pinch has two labels."""
+    """Return the distinct marks of pinches. Raise FileError if one pinch has two labels."""
     distinct = tuple(dict.fromkeys(marks))
     doubled = [n for n, times in Counter(m.number for m in distinct).items() if times > 1]
     if doubled:
-        raise _merged(path, f"two pinches of the number {doubled[0]}")
+        raise _merged_error(path, f"two pinches of the number {doubled[0]}")
     for one, other in pairwise(sorted(distinct, key=lambda m: (m.epoch, m.first_sample))):
         shared = min(one.end, other.end) - other.first_sample if one.epoch == other.epoch else 0
         longer = max(m.end - m.first_sample for m in (one, other))
         # Pinches around close contacts share a few samples.
         if one.label != other.label and 2 * (shared - 1) > longer:
-            raise _merged(path, f"two labels for the samples from number {other.first_sample} on")
+            raise _merged_error(
+                path, f"two labels for the samples from number {other.first_sample} on"
+            )
     return distinct
 
 
-def _read(
+def _parse_usable(
     messages: list[bytes], read: Callable[[bytes, str], T], noun: str
 ) -> tuple[tuple[T, ...], list[str]]:
-    """Parse messages with ``read``. Return the usable ones, and a sentence about the others.
+    """Parse messages by ``read``. Return the results, and a sentence about unusable messages.
 
-    ``noun`` names the messages in the sentence. The list of sentences is empty without faults.
+    The sentence is in a list, which is empty if all are usable. ``noun`` is its word for a message.
     """
     good = []
     bad, reason = 0, ""
@@ -296,7 +304,7 @@ def _missing_marks(pinches: Iterable[PinchMark]) -> list[str]:
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
-    """Join consecutive blocks of each epoch. Return the blocks, and sentences about losses.
+    """Join consecutive blocks of each epoch. Return the blocks, and sentences about lost samples.
 
     Raises
     ------

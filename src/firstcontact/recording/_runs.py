@@ -65,7 +65,7 @@ class Run:
         return (self.end - self.first) / self.seconds
 
     def times(self, pace: float) -> Values:
-        """Return evenly spaced times over this run, s. ``pace`` is the number per sample."""
+        """Return evenly spaced times over this run, s, ``pace`` times per sample."""
         samples = np.arange(math.ceil((self.end - self.first) * pace)) / pace
         # The small shift keeps rounding errors from deciding between two equally near samples.
         times: Values = self.begin + (samples + 1e-3) / self.rate
@@ -102,16 +102,16 @@ def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
         losses = [a + k for k in lost_samples(stamps[a:b], rate)]
         if len(losses) * _LONG > (b - a) / rate:
             # Between so many losses, pinches would be too short if much is lost.
-            _fitted(origin, stamps[a:b], a, rate)
+            _fit_run(origin, stamps[a:b], a, rate)
         runs += [
-            _fitted(origin, stamps[first:end], first, rate)
+            _fit_run(origin, stamps[first:end], first, rate)
             for first, end in pairwise([a, *losses, b])
             if end - first > 1
         ]
     return runs
 
 
-def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
+def _fit_run(origin: str, stamps: Values, first: int, rate: float) -> Run:
     """Fit evenly spaced times to the time stamps of a piece, because single stamps jitter.
 
     ``first`` is the number of the first sample. Raises FileError if a long piece shows that the
@@ -136,7 +136,7 @@ def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
 
 
 def overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
-    """Return the parts of one stream's ``runs`` during which another stream has samples, too."""
+    """Return the parts of ``runs`` during which the stream of ``others`` has samples, too."""
     spans: list[tuple[float, float]] = []
     for run in others:
         margin = _FARTHEST / run.rate
@@ -181,9 +181,9 @@ def lost_samples(stamps: Values, rate: float) -> list[int]:
         first, end = stretches.pop()
         if end - first < 2 * _FEWEST:
             continue
-        pace = _pace(levels[first:end])
+        pace = _typical_rise(levels[first:end])
         lateness = levels[first:end] - pace * np.arange(first, end)
-        rises, falls = (_rises(x)[_FEWEST:-_FEWEST] for x in (lateness, -lateness))
+        rises, falls = (_jumps(x)[_FEWEST:-_FEWEST] for x in (lateness, -lateness))
         k = int(np.argmax(rises))
         # Delays end: they have falls as large as their rises.
         if rises[k] < max(_SMALLEST, _SMALLEST_SAMPLES / rate, 1.5 * falls.max()):
@@ -201,8 +201,8 @@ def lost_samples(stamps: Values, rate: float) -> list[int]:
     return sorted(places)
 
 
-def _pace(levels: Values) -> float:
-    """Return the typical rise of time stamps from block to block, s, hardly changed by jumps.
+def _typical_rise(levels: Values) -> float:
+    """Return the median rise of the time stamps from one block to the next, s.
 
     ``levels`` are the median time stamps of consecutive blocks.
     """
@@ -210,10 +210,11 @@ def _pace(levels: Values) -> float:
     return float(np.median(np.concatenate(rises)))
 
 
-def _rises(levels: Values) -> Values:
-    """Return the jump of the time stamps before each block, s, without outliers.
+def _jumps(levels: Values) -> Values:
+    """Return the jump of the time stamps before each block, s, shape (blocks + 1,).
 
-    It is the least stamp of the next blocks minus the largest of the blocks before.
+    ``levels`` are the median time stamps of consecutive blocks. A jump is the least stamp of the
+    blocks after it minus the largest stamp of the blocks before it, both without outliers.
     """
     padding = np.full(_LARGEST, np.inf)
     padded = [np.concatenate([levels, padding]), np.concatenate([padding, -levels])]

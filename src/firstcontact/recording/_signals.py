@@ -129,7 +129,10 @@ _PARSERS: Mapping[str, Callable[[str], Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SignalSamples:
-    """Samples of one signal, shape (samples, columns), with sampling rate, Hz, and column names."""
+    """Samples of one signal, with the names of their columns.
+
+    ``values`` has the shape (samples, columns), and ``rate`` is in Hz.
+    """
 
     signal: Signal
     rate: float
@@ -174,7 +177,7 @@ def select_samples(
 
 
 def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> Signal:
-    """Return the signal with its unit as V, m/s2 or Pa, if it can be converted to one of these."""
+    """Return the signal in V, m/s2 or Pa if its unit can be converted, else unchanged."""
     unit = known_unit(signal.unit)
     if (signal.scale, signal.offset) != (1.0, 0.0):
         scale, offset = signal.scale * unit.scale, signal.offset + unit.offset / signal.scale
@@ -200,7 +203,10 @@ class Signals:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Return the main samples ``start`` to ``stop``, and the slower groups' blocks by name."""
+        """Return the main samples ``start`` to ``stop`` (exclusive), and blocks of slower groups.
+
+        The blocks are by name of the group. ``dtype`` is the type of all returned samples.
+        """
         blocks = {}
         for group in self.layout.groups:
             pace = group.layout.rate / self.layout.rate
@@ -236,8 +242,10 @@ def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
     slower = {f"{r:g}_hz": r for r in sorted(by_rate, reverse=True) if r != rate}
     groups = tuple(Group(name, Layout(_channels(by_rate[r]), r)) for name, r in slower.items())
     layout = Layout(_channels(by_rate[rate]), rate, groups=groups)
-    if layout.fault:
-        raise FileError(f"{origin}: the signals have {layout.fault}: correct the table of channels")
+    if layout.why_unusable:
+        raise FileError(
+            f"{origin}: the signals have {layout.why_unusable}: correct the table of channels"
+        )
     samples = math.floor(end * rate + 1e-9)
 
     def columns(r: float) -> NDArray[np.generic]:
@@ -272,7 +280,8 @@ def cut_pinches(
 ) -> Dataset:
     """Cut pinches from files and make a dataset, with all samples in one data type.
 
-    ``table`` has the labels. ``places`` are the file's number, first sample and end of each pinch.
+    ``table`` has the labels. ``places`` has, for each pinch, the index of its file, its first
+    sample, and the sample after the last one.
     """
     dtype = common_type([v for file in files for v in (file.data, *file.groups.values())])
     cuts = [files[k].cut(start, stop, dtype) for k, start, stop in places]

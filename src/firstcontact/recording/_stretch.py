@@ -78,7 +78,7 @@ def usable_block(content: bytes, dtype: str) -> Block | None:
 
 
 def _is_finite(block: Block) -> bool:
-    """Return True if all values are finite and not too large, as integers always are."""
+    """Return True if all samples of a block are finite and at most ``LARGEST``."""
     if block.data.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):
@@ -130,7 +130,7 @@ class Stretch(Block):
 
 
 def merge(blocks: Sequence[Block]) -> list[Block]:
-    """Merge blocks of one epoch that follow each other without a gap. Read no samples for it."""
+    """Merge blocks of one epoch that follow each other without a gap, but read no samples."""
     stretches = [block for block in blocks if isinstance(block, Stretch)]
     if len(stretches) < len(blocks):
         return merge_blocks(blocks)

@@ -61,7 +61,7 @@ class RecordingWriter:
     def __init__(self, path: AnyPath, header: Header) -> None:
         self.path = path = Path(path)
         self.header = header
-        self._head = self._packed(header.to_json(), read_header, "the header")
+        self._head = self._checked_json(header.to_json(), read_header, "the header")
         try:
             self._stream = path.open("xb")
         except FileExistsError as error:
@@ -87,13 +87,16 @@ class RecordingWriter:
             self._file = McapWriter(self._stream, self._chunk_size)
             self._start()
         except (OSError, InputError) as error:
-            failed = self._failed(error) if isinstance(error, OSError) else error
+            failed = self._close_after_error(error) if isinstance(error, OSError) else error
             # A file without a header is unreadable, so it is removed.
             path.unlink(missing_ok=True)
             raise failed from error
 
     def write(self, block: Block, group: str = "") -> None:
-        """Append a block of samples. ``group`` names slower channels; "" means the main ones."""
+        """Append a block of samples.
+
+        ``group`` is the name of a group of channels with a lower rate, "" for the main channels.
+        """
         layout = self._layouts.get(group)
         if layout is None:
             raise FileError(f"{self.path}: the layout has no group {group!r}: add it to the header")
@@ -133,17 +136,17 @@ class RecordingWriter:
 
     def mark(self, mark: PinchMark) -> None:
         """Append the mark of a pinch: its position, label and contacts."""
-        data = self._packed(mark.to_json(), read_mark, f"the mark of pinch {mark.number}")
+        data = self._checked_json(mark.to_json(), read_mark, f"the mark of pinch {mark.number}")
         self._add(self._pinches, data, mark.end)
         self._number = mark.number + 1
 
     def marker(self, marker: Marker) -> None:
-        """Append a marker, a text at a sample. Replace characters that UTF-8 lacks by "?"."""
+        """Append a marker, a text at a sample. Characters that UTF-8 cannot encode become "?"."""
         text = marker.text.encode("utf-8", "replace").decode()
         if len(text) > LONGEST_TEXT:
             text = text[: LONGEST_TEXT - 1] + "…"
         tree = {**asdict(marker), "text": text}
-        self._add(self._markers, self._packed(tree, read_marker, "a marker"), marker.sample)
+        self._add(self._markers, self._checked_json(tree, read_marker, "a marker"), marker.sample)
 
     def pinch(self, pinch: Pinch) -> None:
         """Append the samples of a pinch, its label and its contacts.
@@ -177,7 +180,7 @@ class RecordingWriter:
         try:
             self._file.flush()
         except OSError as error:
-            raise self._failed(error) from error
+            raise self._close_after_error(error) from error
 
     def close(self) -> None:
         """Write buffered data, index and footer, and close the file. A second call does nothing."""
@@ -189,7 +192,7 @@ class RecordingWriter:
             self._file.finish()
             self._stream.flush()
         except OSError as error:
-            raise self._failed(error) from error
+            raise self._close_after_error(error) from error
         self._open = False
         self._stream.close()
 
@@ -219,10 +222,13 @@ class RecordingWriter:
         # Spaces fill a whole chunk, so that the header does not wait for samples.
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
-    def _packed(self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str) -> bytes:
-        """Return ``tree`` as JSON bytes, after a check that the reader's ``read`` accepts them.
+    def _checked_json(
+        self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str
+    ) -> bytes:
+        """Return ``tree`` as JSON bytes, after a check that a reader accepts them.
 
-        ``of`` names the message in errors.
+        ``read`` is the reader's function, which raises an error for unusable bytes. ``of`` is the
+        name of the message in errors.
         """
         try:
             text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
@@ -243,11 +249,11 @@ class RecordingWriter:
             self._file.add_message(channel, time, data, self._sequence)
             self._stream.flush()
         except OSError as error:
-            raise self._failed(error) from error
+            raise self._close_after_error(error) from error
         self._sequence += 1
 
-    def _failed(self, error: OSError) -> InputError:
-        """Close the file after an error of the disk. Return the FileError to raise."""
+    def _close_after_error(self, error: OSError) -> InputError:
+        """Close the file after an ``error`` of the disk. Return the FileError to raise."""
         self._open = False
         with suppress(OSError):
             self._stream.close()

@@ -123,14 +123,16 @@ def import_xdf(
             f"out: {listed(irregular)}; if they mark contacts, give the times with --events"
         )
     parts, vibration = _unbroken_parts(path, streams, signals, notes)
-    table = _markers(path, streams, vibration, notes) if events is None else read_events(events)
+    table = (
+        _marker_table(path, streams, vibration, notes) if events is None else read_events(events)
+    )
     lengths = [len(part.signals.data) for part in parts]
     if table is None:
         notes.append(NO_CONTACTS)
         given = Table(path, {"session": [path.stem] * len(parts)}, range(len(parts)), "part")
         places = [(k, 0, length) for k, length in enumerate(lengths)]
     else:
-        rows, local = _placed(table, parts, vibration, notes)
+        rows, local = _find_parts(table, parts, vibration, notes)
         shapes, rates = [(n, 1) for n in lengths], [part.run.rate for part in parts]
         contacts = find_events(local, rows, [path] * len(parts), shapes, rates)
         starts, stops = spans(contacts, lengths, parts[0].signals.layout.rate)
@@ -173,7 +175,7 @@ def read_xdf(path: Path) -> dict[str, Stream]:
 def _with_names(streams: Sequence[Stream]) -> list[Stream]:
     """Make the names of streams distinct: append numbers to equal names.
 
-    A stream without samples, as a crashed sender leaves it, does not use up a name.
+    A stream without samples, such as a crashed sender leaves, does not count as having a name.
     """
     streams = sorted(streams, key=lambda s: not len(s.stamps))
     filled = Counter(s.name for s in streams if len(s.stamps))
@@ -195,16 +197,19 @@ def _stream(stream: Mapping[str, Any]) -> Stream:
     return Stream(
         info["name"][0] or "",
         float(info["nominal_srate"][0]),
-        tuple(_described(info, k, "label") for k in range(values.shape[1])),
-        tuple(_described(info, k, "unit") for k in range(values.shape[1])),
+        tuple(_channel_field(info, k, "label") for k in range(values.shape[1])),
+        tuple(_channel_field(info, k, "unit") for k in range(values.shape[1])),
         np.asarray(stream["time_stamps"], dtype=np.float64),
         values,
         "footer" in stream,
     )
 
 
-def _described(info: Mapping[str, Any], channel: int, field: str) -> str:
-    """Return a field of a channel's description in XDF, such as "unit"; "" if it is missing."""
+def _channel_field(info: Mapping[str, Any], channel: int, field: str) -> str:
+    """Return a field, such as "unit", from a stream's XDF header; "" if it is missing.
+
+    ``info`` is the header, and ``channel`` the index of the channel.
+    """
     try:
         return str(info["desc"][0]["channels"][0]["channel"][channel][field][0] or "")
     except (KeyError, IndexError, TypeError):
@@ -278,7 +283,7 @@ def _unbroken_parts(
 
 
 def _with_unit(signal: Signal, stream: Stream) -> Signal:
-    """Return the signal, with the unit of its stream if the table of channels states none."""
+    """Return the signal with a unit: its own, or else the one that its stream states."""
     column = signal.column or 0
     is_known = signal.unit or column >= len(stream.units)
     return signal if is_known else replace(signal, unit=stream.units[column])
@@ -303,10 +308,10 @@ def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> S
     return stream
 
 
-def _markers(
+def _marker_table(
     path: Path, streams: Mapping[str, Stream], vibration: Run, notes: list[str]
 ) -> Table | None:
-    """Return the markers of the only stream of texts as a table of contacts; None without one.
+    """Return the only stream of texts as a table of contacts; None without such a stream.
 
     Raises FileError if there are several such streams.
     """
@@ -326,13 +331,13 @@ def _markers(
     return add_labels(table, list(map(str, stream.values[:, 0])))
 
 
-def _placed(
+def _find_parts(
     table: Table, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Table]:
-    """Find the time span (part) in which each contact of a table lies.
+    """Find the part (time span without a gap) in which each contact of a table lies.
 
-    Return the number of the part for each row, None if the contact lies in a gap, and the table
-    with times counted from the beginning of the part.
+    Return a list with the index of each row's part, None if the contact lies in a gap. Also return
+    the table, with times that count from the beginning of the part.
     """
     name = onset_column(table)
 

@@ -110,9 +110,9 @@ load_dataset = load
 
 
 def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Convert vibrations in ADC counts or mV to V, as older recordings of boards store them.
+    """Convert pinches whose vibrations are in ADC counts or mV, as in older recordings, to V.
 
-    Calibrations are converted, too. Other pinches are returned unchanged.
+    Calibrations are converted, too. Pinches in other units are returned unchanged.
     """
     layout = pinches[0].layout
     channels, units = list(layout.channels), dict[Finger | None, Unit]()
@@ -150,14 +150,14 @@ def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
     """Cut the pinch at ``mark`` out of a recording; None if any of its samples is missing."""
-    data = _within(recording.stretches, mark.epoch, mark.first_sample, mark.end)
+    data = _samples_between(recording.stretches, mark.epoch, mark.first_sample, mark.end)
     if data is None:
         return None
     groups = {}
     for group in recording.header.layout.groups:
         pace = group.layout.rate / recording.header.layout.rate
         first, end = (math.ceil(sample * pace) for sample in (mark.first_sample, mark.end))
-        samples = _within(recording.groups[group.name], mark.epoch, first, end)
+        samples = _samples_between(recording.groups[group.name], mark.epoch, first, end)
         if samples is not None:
             groups[group.name] = Block(samples, first, mark.epoch)
     label = mark.label
@@ -177,8 +177,10 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
     )
 
 
-def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDArray[Any] | None:
-    """Return the samples ``first`` to ``end`` (exclusive) of an epoch; None if one is missing."""
+def _samples_between(
+    stretches: Sequence[Block], epoch: int, first: int, end: int
+) -> NDArray[Any] | None:
+    """Return the samples ``first`` to ``end`` (exclusive) of an epoch; None if any is missing."""
     place = bisect_right(stretches, (epoch, first), key=lambda s: (s.epoch, s.first_sample))
     stretch = stretches[place - 1] if place else None
     if stretch is None or stretch.epoch != epoch or end > stretch.end:
@@ -215,7 +217,7 @@ def pinches_by_session(dataset: Dataset) -> dict[str, list[Pinch]]:
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Renumber the samples of pinches, so that one is missing between a pinch and the next."""
+    """Renumber the samples of pinches, so that one number is missing between two pinches."""
     numbered = []
     start = 0
     for pinch in pinches:
@@ -232,7 +234,7 @@ def shifted(pinch: Pinch, by: int) -> Pinch:
 
 
 def find_recordings(path: Path) -> list[Path]:
-    """Return [path] for a file, and for a folder all recordings in it and below, by name.
+    """Return [path] for a file, and for a folder all recordings in it and below, sorted by name.
 
     Raises FileError if the folder holds no recording.
     """

@@ -161,7 +161,7 @@ def _place(event: Event) -> tuple[int, int]:
 
 
 def _read_track(path: Path) -> Table:
-    """Read an Audacity label track as a table of contacts. Raise FileError for a wrong line."""
+    """Read an Audacity label track as a table of contacts. Raise FileError for an invalid line."""
     with library_errors(path, "an Audacity label track in UTF-8", "export it from Audacity again"):
         text = read_regular(path, _LONGEST_TRACK).decode("utf-8-sig")
     starts: list[float] = []

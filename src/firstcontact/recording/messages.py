@@ -94,7 +94,7 @@ class Header:
     session_assumed: bool = False
 
     def __post_init__(self) -> None:
-        if fault := self.layout.fault:
+        if fault := self.layout.why_unusable:
             raise ValueError(f"the field 'layout' has {fault}")
         object.__setattr__(self, "session", given_name(self.session, "session"))
 
@@ -119,7 +119,7 @@ def hand_group(rate: float, resolution: float) -> Group:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields that identify a message as the header of a recording, and the format's version."""
+    """Name and version of the format, as they stand in the header of a recording."""
 
     format: str = ""
     version: int | None = None

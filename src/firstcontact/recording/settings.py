@@ -47,7 +47,7 @@ HIGHEST_RATE = 1_000_000.0
 ROUNDING = 1e-3
 
 
-def _number(value: Any) -> float:
+def _parse_or_nan(value: Any) -> float:
     """Convert a value from a file to float; NaN if it is not a number."""
     try:
         return parse_float(as_text(value))
@@ -66,7 +66,7 @@ def check_rate(origin: str, rate: Any) -> float:
 
     ``origin`` names the file and the field.
     """
-    value = _number(rate)
+    value = _parse_or_nan(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise FileError(
             f"{origin} is {quote(rate)}: give the sampling rate in Hz, from {LOWEST_RATE:g} to "
@@ -121,7 +121,7 @@ def read_settings(
         if name not in given:
             raise FileError(f"{origin} does not state '{name}': add it")
     alpha = as_text(given.get("smoothing_alpha", "1"))
-    smoothing = _number(alpha)
+    smoothing = _parse_or_nan(alpha)
     if not 0 < smoothing <= 1:
         raise FileError(
             f"{origin}: 'smoothing_alpha' is {quote(alpha)} and must be above 0 and at most "
@@ -155,8 +155,8 @@ def read_layout(origin: str, text: Any) -> Layout:
     """Parse the JSON layout that an exported file states. Raise FileError if it is unusable."""
     place, remedy = f"{origin}: '{LAYOUT}'", "export the recordings again"
     layout = read_record(as_text(text).encode(), Layout, place, remedy)
-    if layout.fault:
-        raise FileError(f"{place} has {layout.fault}: {remedy}")
+    if layout.why_unusable:
+        raise FileError(f"{place} has {layout.why_unusable}: {remedy}")
     check_rate(f"{place}: rate", layout.rate)
     return layout
 

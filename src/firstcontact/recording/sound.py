@@ -75,13 +75,13 @@ def import_wav(
     else:
         table = read_columns(path, "file")
         files = match_each_file(folder, table, ".wav")
-    layout, signals = _alike(files, [read_sound(file, notes) for file in files], sensor)
+    layout, signals = _shared_layout(files, [read_sound(file, notes) for file in files], sensor)
     for row, cell in enumerate(table.get("sample_rate_hz", [])):
         if check_rate(f"{path}: sample_rate_hz of {table.place(row)}", cell) != layout.rate:
             reason = f"but {files[row].name} has {layout.rate:g} Hz"
             raise table.refusal("sample_rate_hz", row, reason)
     notes += note_unknown(table, set(table) - {"sample_rate_hz"})
-    return _found(table, files, signals, layout, find, notes)
+    return _make_pinches(table, files, signals, layout, find, notes)
 
 
 def import_events(
@@ -98,19 +98,19 @@ def import_events(
     """
     if events is None:
         notes: list[str] = []
-        layout, signals = _alike([path], [read_sound(path, notes)], sensor)
+        layout, signals = _shared_layout([path], [read_sound(path, notes)], sensor)
         table = Table(path, {"session": [path.stem]}, [0], "pinch")
-        return _found(table, [path], signals, layout, find, notes)
+        return _make_pinches(table, [path], signals, layout, find, notes)
     if find is not None:
         raise ArgumentError(
             f"{events} already lists the contacts: leave find out, or remove that file",
             parameter="find",
         )
     table = read_events(events)
-    files, of_rows, notes = _files(path, table)
+    files, of_rows, notes = _match_rows(path, table)
     sounds = [read_sound(file, notes) for file in files]
     shapes = [data.shape for _, data in sounds]
-    layout, signals = _alike(files, sounds, sensor, is_chosen=CHANNEL in table)
+    layout, signals = _shared_layout(files, sounds, sensor, is_chosen=CHANNEL in table)
     contacts = find_events(table, of_rows, files, shapes, [layout.rate] * len(files))
     starts, stops = spans(contacts, [len(data) for data in signals], layout.rate)
     cuts = []
@@ -124,7 +124,7 @@ def import_events(
     return make_dataset(given, cuts, layout, notes=[*notes, *left_out])
 
 
-def _found(
+def _make_pinches(
     table: Table,
     files: Sequence[Path],
     signals: Sequence[NDArray[Any]],
@@ -134,7 +134,8 @@ def _found(
 ) -> Dataset:
     """Return a dataset with one pinch for each file or, with ``find``, for each detected contact.
 
-    Append to ``notes``. Raise FileError if ``find`` detects no contact in a file.
+    Append sentences about the contacts to ``notes``. Raise FileError if ``find`` detects no contact
+    in a file.
     """
     if find is None:
         has_contacts = "first_contact" in table or "pre_trigger_samples" in table
@@ -163,11 +164,11 @@ def _found(
     return make_dataset(table.of_rows([e.row for e in events]), cuts, layout, notes=notes)
 
 
-def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], list[str]]:
-    """Match the rows of a table of contacts with sound files.
+def _match_rows(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], list[str]]:
+    """Match the rows of a table of contacts with the sound files at ``path``.
 
-    Return the files, the number (index) of each row's file, and notes for the user. The number is
-    None for rows about other files.
+    Return the files, the index of each row's file, and notes for the user. The index is None for a
+    row about another file.
     """
     if path.is_dir():
         files, numbers, left = match_files(path, table, *SUFFIXES)
@@ -181,17 +182,17 @@ def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], 
     return [path], rows, [f"{others} contacts of the table are in other files"] if others else []
 
 
-def _alike(
+def _shared_layout(
     files: Sequence[Path],
     sounds: Sequence[Sound],
     sensor: VibrationSensor | None,
     *,
     is_chosen: bool = False,
 ) -> tuple[Layout, list[NDArray[Any]]]:
-    """Return the layout that all files share, and each file's samples in a type to store.
+    """Return the layout that all files share, and the samples of each file in a type to store.
 
-    ``is_chosen`` is True if a table chooses one channel for each contact. Raises FileError if files
-    differ in rate, data type or channels.
+    ``is_chosen`` is True if a table states one channel for each contact. Raises FileError if files
+    differ in rate, data type or number of channels.
     """
     rate, first = sounds[0]
     width = 1 if is_chosen else first.shape[1]
@@ -232,7 +233,7 @@ def read_sound(file: Path, notes: list[str] | None = None) -> Sound:
         require_modules("files", "soundfile")
         with library_errors(file, "FLAC", "copy it again, or convert it to WAV"):
             open_regular(file).close()
-            rate, values = _decoded(file)
+            rate, values = _decode(file)
     else:
         rate, values = _read_wav(file, [] if notes is None else notes)
     values = values.astype(values.dtype.newbyteorder("="), copy=False)
@@ -251,7 +252,7 @@ def _read_wav(file: Path, notes: list[str]) -> Sound:
     from scipy.io import wavfile
 
     with library_errors(file, "WAV", "convert it to PCM WAV"):
-        data, note = _mended(read_regular(file, LONGEST))
+        data, note = _repair_header(read_regular(file, LONGEST))
         warnings.simplefilter("error", wavfile.WavFileWarning)
         warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
         try:
@@ -259,17 +260,18 @@ def _read_wav(file: Path, notes: list[str]) -> Sound:
             sound: Sound = wavfile.read(BytesIO(data))
         except Exception as error:
             try:  # compressed samples
-                sound = _decoded(BytesIO(data))
+                sound = _decode(BytesIO(data))
             except Exception:
                 raise error from None
         notes += [f"{file.name}: {note}"] if note else []
         return sound
 
 
-def _mended(data: bytes) -> tuple[bytes, str]:
-    """Correct the lengths in the header of a WAV file. Return the file, and a note or "".
+def _repair_header(data: bytes) -> tuple[bytes, str]:
+    """Correct the lengths in the header of a WAV file, which has the bytes ``data``.
 
-    Programs write the lengths when they end a file, so a killed program leaves wrong ones.
+    A program writes the lengths when it ends a file, so a killed program leaves wrong ones. Return
+    the bytes of the corrected file, and a note for the user, "" if the lengths were right.
     """
     order = {b"RIFF": "<", b"RIFX": ">"}.get(data[:4])
     if order is None or data[8:12] != b"WAVE":
@@ -305,7 +307,10 @@ def _mended(data: bytes) -> tuple[bytes, str]:
 
 
 def _are_chunks(data: bytes, head: struct.Struct) -> bool:
-    """Return True if the bytes are complete chunks of a WAV file. ``head`` is a chunk's head."""
+    """Return True if the bytes are complete chunks (sections) of a WAV file.
+
+    ``head`` is the format of the name and length before each chunk.
+    """
     place = 0
     while place + head.size <= len(data):
         name, size = head.unpack_from(data, place)
@@ -315,8 +320,8 @@ def _are_chunks(data: bytes, head: struct.Struct) -> bool:
     return place in (len(data), len(data) + 1)
 
 
-def _decoded(file: Path | BytesIO) -> Sound:
-    """Read a sound file with the library libsndfile. Return its rate, Hz, and samples."""
+def _decode(file: Path | BytesIO) -> Sound:
+    """Read a sound file by libsndfile. Return its rate, Hz, and the samples as an array."""
     import soundfile
 
     with soundfile.SoundFile(file) as sound:

@@ -51,7 +51,7 @@ _WITH_UNITS = {
 class Table(dict[str, Sequence[Any]]):
     """Columns of a CSV file by name: lists of cells.
 
-    ``numbers`` has the line in the file of each row, and ``word`` the noun for it, for messages.
+    ``numbers`` has each row's line number in the file, which messages call ``word``.
     ``units`` has the units in the header, by column.
     """
 
@@ -112,7 +112,7 @@ def read_columns(path: Path, *marks: str) -> Table:
     The header is the first line with one of the column names ``marks``, or else the first line.
     Raises FileError if the file is not such a table.
     """
-    lines = _lines(path, marks)
+    lines = _read_lines(path, marks)
     _, header = next(lines)
     columns: list[list[str]] = [[] for _ in header]
     same: dict[str, str] = {}  # cells repeat: store each text once
@@ -139,7 +139,7 @@ def read_columns(path: Path, *marks: str) -> Table:
         name, unit = (written, "") if as_written else _name_and_unit(written)
         name = _WITH_UNITS.get(name, name) if unit else name
         if unit in _SECONDS and name in _TIMES:
-            name, cells, unit = f"{name}_s", [_scaled(c, _SECONDS[unit]) for c in cells], ""
+            name, cells, unit = f"{name}_s", [_scale_number(c, _SECONDS[unit]) for c in cells], ""
         if name in given:
             raise FileError(f"{path} has the column {name!r} twice: rename or remove one")
         given[name] = cells
@@ -153,9 +153,9 @@ def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, st
     Return each row's line number, and its cells by column name. Raises FileError if a column of
     ``needed`` is missing.
     """
-    lines = _lines(path, needed, by_hand=True)
+    lines = _read_lines(path, needed, by_hand=True)
     _, names = next(lines)
-    header = [*map(_plain, names)]
+    header = [*map(_plain_name, names)]
     rows = [(line, [*map(_text, row), *[""] * len(header)]) for line, row in lines]
     for name in needed:
         if name not in header:
@@ -174,30 +174,38 @@ def _text(cell: str) -> str:
     return cell.strip(_BLANK)
 
 
-def _plain(name: str) -> str:
+def _plain_name(name: str) -> str:
     """Return a column's name in this package's spelling: "Shore A" becomes "shore_a"."""
     return re.sub(r"[\s-]+", "_", _text(name).lower())
 
 
 def _name_and_unit(name: str) -> tuple[str, str]:
     match = _WITH_UNIT.fullmatch(name)
-    return (_plain(match[1]), match[2] or match[3]) if match and match[1] else (_plain(name), "")
+    return (
+        (_plain_name(match[1]), match[2] or match[3])
+        if match and match[1]
+        else (_plain_name(name), "")
+    )
 
 
-def _scaled(cell: str, factor: float) -> str:
-    """Return the number in a cell times ``factor``, as text. Return other cells unchanged."""
+def _scale_number(cell: str, factor: float) -> str:
+    """Multiply the number in a cell by ``factor``, and return it as text.
+
+    A cell without a number is returned unchanged.
+    """
     try:
         return repr(parse_float(cell) * factor)
     except ValueError:
         return cell
 
 
-def _lines(
+def _read_lines(
     path: Path, marks: Sequence[str], *, by_hand: bool = False
 ) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line number and the cells of each line, the header first.
+    """Yield (line number, cells) of each line in a CSV file, the header first.
 
-    Empty lines and comments are skipped. ``by_hand`` is True for files that a person wrote. Raises
+    The header is the first line with one of the names ``marks``. Empty lines and comments are
+    skipped. ``by_hand`` is True for files that a person wrote. Raises
     FileError if the file is not CSV in UTF-8.
     """
     try:
@@ -225,9 +233,10 @@ def _lines(
 def _find_header(
     path: Path, ahead: Sequence[tuple[int, list[str]]], marks: Sequence[str]
 ) -> tuple[int, list[str]]:
-    """Return the header's index among the lines ``ahead``, and its cells without spaces.
+    """Find the header among the first lines of a file, by the column names ``marks``.
 
-    Raises FileError if the file has another separator than the comma.
+    Return its index in ``ahead``, and its cells without spaces around them. ``ahead`` has (line
+    number, cells) of these lines. Raises FileError if the file does not use commas.
     """
     first = None
     for place, (line, row) in enumerate(ahead):

@@ -100,8 +100,8 @@ def closing_speed(
     order = np.argsort(t[is_near], kind="stable")
     t, x, v = (values[is_near][order] for values in (t, x, v))
     start = next((s for s in (WINDOW, SLOW) if np.sum(t >= -s) >= FEWEST), SLOW)
-    line = _line(t[t >= -start], x[t >= -start], resolution)
-    reported = _reported(t, x, v, resolution)
+    line = _fit_slope(t[t >= -start], x[t >= -start], resolution)
+    reported = _speed_from_reports(t, x, v, resolution)
     if reported and line and reported[1] > max(line[1], GOOD * reported[0]):
         reported = None
     measured = reported or line
@@ -110,12 +110,13 @@ def closing_speed(
     return ClosingSpeed(*measured)
 
 
-def _line(
+def _fit_slope(
     along: NDArray[np.float64], x: NDArray[np.float64], resolution: float | None
 ) -> tuple[float, float] | None:
-    """Return the absolute slope of ``x`` over ``along``, and the slope's standard error.
+    """Fit a line to ``x`` over ``along``. Return its absolute slope and the standard error.
 
-    Return None for fewer than 3 points. ``resolution`` is the step of ``x``, if known.
+    ``resolution`` is the encoder's step, in the unit of ``x``; None if unknown. Return None for
+    fewer than 3 points, or if all have the same ``along``.
     """
     if len(along) < FEWEST:
         return None
@@ -125,29 +126,32 @@ def _line(
         return None
     slope, freedom = float(t @ x) / squares, len(t) - 2
     residuals = x - slope * t
-    total, step = float(residuals @ residuals), _step(x) ** 2 / 12
+    total, step = float(residuals @ residuals), _visible_step(x) ** 2 / 12
     if resolution is not None:
         step = max(step, resolution**2 / 12)
         if total <= step * (freedom + CONSISTENT * math.sqrt(2 * freedom)):
             return abs(slope), math.sqrt(step / squares)
-    return abs(slope), _few(freedom) * math.sqrt(max(total / freedom, step) / squares)
+    return abs(slope), _small_sample_factor(freedom) * math.sqrt(
+        max(total / freedom, step) / squares
+    )
 
 
-def _reported(
+def _speed_from_reports(
     t: NDArray[np.float64],
     x: NDArray[np.float64],
     speeds: NDArray[np.float64],
     resolution: float | None,
 ) -> tuple[float, float] | None:
-    """Return the closing speed, m/s, and its standard error, from speeds that the hand reports.
+    """Return the closing speed and its standard error, m/s, from speeds that the hand reports.
 
-    ``t`` are times before the contact, s, and ``x`` positions, m. Return None if there are too few.
+    ``t`` are times relative to the contact, s (negative before it), ``x`` positions, m, and
+    ``speeds`` reported speeds in any unit. Return None if fewer than 3 are recent enough.
     """
     is_used = np.isfinite(speeds) & (t >= -HISTORY)
     t, x, v = t[is_used], x[is_used], speeds[is_used]
     # The path in the unit of the speeds, along which the positions are a line.
     path = np.concatenate([[0.0], np.cumsum(np.diff(t) * (v[1:] + v[:-1]) / 2)])
-    factor = _line(path, x, resolution)
+    factor = _fit_slope(path, x, resolution)
     newest, near = v[t >= -RECENT], t[t >= -RECENT]
     if factor is None or len(newest) < FEWEST or np.ptp(near) <= 0:
         return None
@@ -156,14 +160,20 @@ def _reported(
     squares = float((near - middle) @ (near - middle))
     slope = float((near - middle) @ newest) / squares
     residuals = newest - newest.mean() - slope * (near - middle)
-    variance = max(float(residuals @ residuals) / freedom, _step(newest) ** 2 / 12)
-    spread = _few(freedom) * math.sqrt(variance * (1 / len(near) + middle**2 / squares))
+    variance = max(float(residuals @ residuals) / freedom, _visible_step(newest) ** 2 / 12)
+    spread = _small_sample_factor(freedom) * math.sqrt(
+        variance * (1 / len(near) + middle**2 / squares)
+    )
     speed = abs(float(newest.mean()) - slope * middle)
     return factor[0] * speed, math.hypot(factor[1] * speed, factor[0] * spread)
 
 
-def _few(freedom: int) -> float:
-    """Return the factor that enlarges a standard error with ``freedom`` degrees of freedom."""
+def _small_sample_factor(freedom: int) -> float:
+    """Return the factor by which to enlarge a standard error from few samples.
+
+    With it, the true value lies within two standard errors in 95 % of cases. ``freedom`` is the
+    number of degrees of freedom.
+    """
     # Not scipy.special: its import takes longer than the time from a contact to its estimate.
     if freedom == 1:
         return math.tan(math.pi * (BELOW_TWO - 0.5)) / 2
@@ -172,8 +182,8 @@ def _few(freedom: int) -> float:
     return float(np.polyval(_CORNISH_FISHER, 1 / freedom)) / 2
 
 
-def _step(positions: NDArray[np.float64]) -> float:
-    """Return the step of the encoder that shows in positions, m; 0 if none shows."""
+def _visible_step(positions: NDArray[np.float64]) -> float:
+    """Return the step of the encoder, in the unit of ``positions``; 0 if they show none."""
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]
     if not len(moved):

@@ -52,7 +52,7 @@ class ExponentialSmoothing:
         self._state: NDArray[np.float64] | None = None
 
     def update(self, x: NDArray[Any]) -> NDArray[np.float64]:
-        """Return the next samples filtered, shape (n, channels). Block sizes do not matter."""
+        """Filter the next samples, shape (n, channels). The sizes of the blocks do not matter."""
         # scipy.signal takes 0.3 s to import, so the import waits until the first use.
         from scipy.signal import lfilter
 
@@ -67,7 +67,7 @@ class ExponentialSmoothing:
 
 
 class DeviceSmoothing:
-    """Streaming filter that smooths vibration channels as the device of the published hand does.
+    """Streaming filter for vibration channels, with the smoothing of the published hand's firmware.
 
     Channels that the device has smoothed already stay unchanged.
 
@@ -89,7 +89,7 @@ class DeviceSmoothing:
             self._smoothing = ExponentialSmoothing(FINGERTIP_SMOOTHING, mask)
 
     def update(self, volts: NDArray[Any]) -> NDArray[Any]:
-        """Return the next samples smoothed. Input and output have the shape (n, channels)."""
+        """Smooth the next samples. Input and output have the shape (n, channels)."""
         return volts if self._smoothing is None else self._smoothing.update(volts)
 
 

@@ -39,7 +39,7 @@ def lookahead(old: float, new: float) -> float:
     if old == new:
         return 0.0
     ratio = _ratio(old, new)
-    return _low_pass(ratio, old)[1] / (ratio.numerator * old)
+    return _anti_alias_filter(ratio, old)[1] / (ratio.numerator * old)
 
 
 def check_rates(old: float, new: float) -> None:
@@ -61,11 +61,11 @@ def _ratio(old: float, new: float) -> Fraction:
 
 
 @lru_cache(maxsize=16)
-def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
-    """Return the taps of the filter against aliasing, and the filter's look-ahead.
+def _anti_alias_filter(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
+    """Return the coefficients of the filter against aliasing, and the filter's look-ahead.
 
-    ``ratio`` is the new rate divided by ``old``, Hz. Taps and look-ahead are in samples of the
-    common rate, ``ratio.numerator * old``.
+    ``old`` is the old rate, Hz, and ``ratio`` the new rate divided by it. There is one coefficient
+    per sample of the common rate, ``ratio.numerator * old``. The look-ahead is in such samples.
     """
     from scipy.signal import firwin, minimum_phase
 
@@ -82,7 +82,10 @@ def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
 
 @dataclass(frozen=True, slots=True)
 class _Numbering:
-    """Conversion of sample numbers by resampling: ``start`` becomes ``new_start``."""
+    """Conversion of sample numbers to another rate.
+
+    The sample ``start`` gets the number ``new_start``. Later numbers grow by the factor ``ratio``.
+    """
 
     start: int
     new_start: int
@@ -129,7 +132,7 @@ def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
     from scipy.signal import resample_poly
 
     ratio = _ratio(old, new)
-    taps, ahead = _low_pass(ratio, old)
+    taps, ahead = _anti_alias_filter(ratio, old)
     # SciPy treats the middle of a filter as the present. Zeros move the present there.
     padded = np.concatenate([np.zeros(max(0, len(taps) - 1 - 2 * ahead)), taps])
     out: NDArray[np.float64] = resample_poly(
@@ -252,7 +255,7 @@ class CausalResampler:
         self._origin, self._new_origin = origin, round(origin * ratio)
         self._nearest = list(nearest_columns)
         self._up, self._down = ratio.numerator, ratio.denominator
-        taps, self._ahead = _low_pass(ratio, old)
+        taps, self._ahead = _anti_alias_filter(ratio, old)
         self.delay = self._ahead / (self._up * old)
         length = -(-len(taps) // self._up)
         padded = np.zeros(length * self._up)

@@ -1,6 +1,6 @@
 """Windows of signal after a contact, the input of the window models.
 
-The baseline of a window is the mean of the quiet signal shortly before its contact.
+The baseline of a window is the mean of the signal shortly before its contact.
 """
 
 from __future__ import annotations
@@ -41,14 +41,17 @@ class Conditioner:
         self._savgol = SavitzkyGolay()
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Filter the next samples, shape (n, channels). Return the outputs ready, (m, channels)."""
+        """Filter the next samples, shape (n, channels).
+
+        Return the outputs that can be computed now, shape (m, channels).
+        """
         return self._savgol.update(self._smoothing.update(volts))
 
 
 def cut_window(
     conditioned: NDArray[np.float64], start: int, length: int, rate: float
 ) -> NDArray[np.float32] | None:
-    """Cut a window from a filtered signal, and subtract the mean of the quiet signal before it.
+    """Cut a window from a filtered signal, and subtract the mean of the signal before it.
 
     ``conditioned`` is one channel, shape (samples,). The window has ``length`` samples from
     ``start``, shape (length, 1). Return None if the signal is too short, constant or not finite.

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from firstcontact.core import Estimate, Label
 from firstcontact.core.records import LONGEST_NAME
-from firstcontact.device.twin_words import concerns_hand, held_object
+from firstcontact.device.twin_words import concerns_hand, parse_held_object
 from firstcontact.models.predictions import combine
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming.events import ObjectEstimate, PinchDone
@@ -41,7 +41,7 @@ class ObjectNames:
         end = pinch.epoch, pinch.end
         since = max((e for p in self._pinches if (e := (p.epoch, p.end)) < end), default=(0, 0))
         texts = [m.text for m in self._markers if since <= (m.epoch, m.sample) < end]
-        return [text for text in texts if held_object(text) is None] or texts
+        return [text for text in texts if parse_held_object(text) is None] or texts
 
     def label(self, pinch: PinchDone) -> Label | None:
         return next((m.label for m in reversed(self._marks) if pinch.overlaps(m)), None)
@@ -64,7 +64,7 @@ class ObjectCombiner(ObjectNames):
     def name(self) -> str:
         """Name of the object of the last pinch; "" if the object has no name."""
         text = self._object or ""
-        return (held_object(text) or text)[:LONGEST_NAME]
+        return (parse_held_object(text) or text)[:LONGEST_NAME]
 
     def pool(self, pinch: PinchDone) -> ObjectEstimate | None:
         """Add a finished pinch. Return the average over all pinches of its object so far.

@@ -11,7 +11,7 @@ from firstcontact.core import Estimate, InputError, finger_name
 from firstcontact.core.quantity import SHORE_A
 from firstcontact.device import SOURCES, Descriptor, Health, Source
 from firstcontact.device.source import LinkNews
-from firstcontact.device.twin_words import held_object, lost_object
+from firstcontact.device.twin_words import parse_held_object, parse_lost_object
 from firstcontact.streaming._objects import ObjectNames
 from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.events import (
@@ -55,7 +55,7 @@ class TextSink:
             self._write(line)
         for name, reason in update.failed.items():
             self._write(f"{name}: failed ({reason})")
-        for loss in (lost_object(m.text) for a in update.arrivals for m in a.markers):
+        for loss in (parse_lost_object(m.text) for a in update.arrivals for m in a.markers):
             if loss:
                 self._write(f"the hand has {loss} the object")
         for arrival in update.arrivals:
@@ -82,7 +82,7 @@ class TextSink:
 
     def _name(self, pinch: PinchDone) -> str:
         for text in reversed(self._names.markers(pinch)):
-            object_ = held_object(text)
+            object_ = parse_held_object(text)
             return f'marked "{text}"' if object_ is None else text + _shore(self._shore_a(object_))
         label = self._names.label(pinch)
         if label is None or not label.object:

@@ -65,7 +65,7 @@ def check_source(
 def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
     """Return the samples of the first 0.1 s from a source, or all if there are fewer."""
     layout = source.descriptor.layout
-    assert not layout.fault, f"the source's layout has {layout.fault}"
+    assert not layout.why_unusable, f"the source's layout has {layout.why_unusable}"
     arrivals: list[Arrival] = []
     until = time.monotonic() + patience
     while not source.ended and time.monotonic() < until:

@@ -18,7 +18,7 @@ from firstcontact.core.display import FAMILIAR
 from firstcontact.core.quantity import QUANTITIES, SHORE_A
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.recorder import RecorderStatus
-from firstcontact.device.twin_words import lost_object
+from firstcontact.device.twin_words import parse_lost_object
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._objects import ObjectNames
 from firstcontact.streaming._sinks import Update
@@ -74,7 +74,7 @@ class PinchRows:
 
     def add_marker(self, marker: Marker) -> None:
         """Process a marker, which may name an object or report that the twin lost it."""
-        if lost_object(marker.text):
+        if parse_lost_object(marker.text):
             self._losses.append(marker)
         self._names.add_markers([marker])
         self._rename()
@@ -112,7 +112,7 @@ class PinchRows:
                 m for m in self._losses
                 if m.epoch == row.pinch.epoch and start <= (m.epoch, m.sample) < end
             )  # fmt: skip
-            lost = next((lost_object(m.text) for m in losses), None)
+            lost = next((parse_lost_object(m.text) for m in losses), None)
             rows.append(msgspec.structs.replace(row, lost=lost))
             end = start
         return tuple(rows[::-1])

@@ -208,7 +208,7 @@ def tables(results: Path) -> dict[str, str]:
     if (results / "grasp.json").is_file():
         household = read_study(results / "grasp.json").about[HOUSEHOLD]
         assert household is not None
-        made["grasp_short"] = grasp_sentences.shortly(household) + "\n"
+        made["grasp_short"] = grasp_sentences.readme_sentences(household) + "\n"
         made["grasp_headline"] = "".join(
             f"- {sentence}\n" for sentence in grasp_sentences.sentences(household)
         )

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.physics import holding_force
 from firstcontact.twin.household import HOUSEHOLD
-from firstcontact_lab.grasping.judgement import less
+from firstcontact_lab.grasping.judgement import relative_reduction
 from firstcontact_lab.grasping.table import Outcomes
-from firstcontact_lab.grasping.tuning import SCALES, find_scale, front, resampled
+from firstcontact_lab.grasping.tuning import SCALES, bootstrap_weights, compute_front, find_scale
 
 Values = NDArray[np.float64]
 Draws = tuple[Outcomes, Outcomes]
@@ -87,7 +87,7 @@ def rescaled(ours: Outcomes, theirs: Outcomes, weights: Values | None) -> Values
 
     Each resample scales the forces of both rules to 10 % damage.
     """
-    return less(*(front(o, weights).drop_share() for o in (ours, theirs)))
+    return relative_reduction(*(compute_front(o, weights).drop_share() for o in (ours, theirs)))
 
 
 def fixed(ours: Outcomes, theirs: Outcomes, weights: Values) -> Values:
@@ -95,11 +95,11 @@ def fixed(ours: Outcomes, theirs: Outcomes, weights: Values) -> Values:
 
     Additional damage counts as drops.
     """
-    a, b = (int(np.argmin(np.abs(SCALES - find_scale(front(o))))) for o in (ours, theirs))
-    apart = front(ours).damaged[a] - front(theirs).damaged[b]
-    first, second = front(ours, weights), front(theirs, weights)
+    a, b = (int(np.argmin(np.abs(SCALES - find_scale(compute_front(o))))) for o in (ours, theirs))
+    apart = compute_front(ours).damaged[a] - compute_front(theirs).damaged[b]
+    first, second = compute_front(ours, weights), compute_front(theirs, weights)
     dropped = first.dropped[a] + first.damaged[a] - second.damaged[b] - apart
-    return less(dropped, second.dropped[b])
+    return relative_reduction(dropped, second.dropped[b])
 
 
 def main() -> None:
@@ -122,7 +122,7 @@ def main() -> None:
         values = []
         for number in range(settings.repetitions):
             (ours, theirs), *units = drawn(rng, 1, PICKED_HANDS, PICKED, related)
-            weights = resampled(*units, settings.resamples, settings.seed + number)
+            weights = bootstrap_weights(*units, settings.resamples, settings.seed + number)
             values.append(float(rescaled(ours, theirs, None)))
             for method, compute in methods.items():
                 low, high = np.percentile(compute(ours, theirs, weights), [2.5, 97.5])

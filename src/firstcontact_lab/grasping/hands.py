@@ -1,4 +1,4 @@
-"""Simulated hands with their own trained detector and model, and an ideal slip detector."""
+"""Simulated hands for the grasp study, each with its own trained detector and model."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PlantHand(Hand):
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
-        """Close nothing, because a simulated hand has no connection."""
+        """Do nothing, because a simulated hand has no connection to close."""
 
 
 class SlipWatch:
@@ -64,7 +64,7 @@ class SlipWatch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnHand:
+class AdaptedHand:
     detector: Detector
     model: RigModel
     pinches: int
@@ -73,13 +73,14 @@ class OwnHand:
 
 #: Seed of a random hand, and its approach speed, m/s.
 HandSeed = tuple[int, float]
-OwnHands = dict[HandSeed, OwnHand]
+AdaptedHands = dict[HandSeed, AdaptedHand]
 
 
-def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Return a contact detector and a model that were adapted to a simulated hand.
+def adapt_to_hand(hand: HandSeed, pinches: int) -> AdaptedHand:
+    """Adapt a contact detector and a model to a simulated hand, and return both.
 
-    They learn from ``pinches`` simulated closings on each of 5 blocks.
+    ``hand`` is (seed, approach speed in m/s). The training data are ``pinches`` simulated closings
+    on each of 5 blocks.
     """
     seed, speed = hand
     made = [_block(seed, speed, at, n) for at in range(len(BLOCKS)) for n in range(pinches)]
@@ -91,7 +92,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     adapted = adapt_combined(
         pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], seed
     )
-    return OwnHand(detector, adapted.model, len(indices), adapted.rmse)
+    return AdaptedHand(detector, adapted.model, len(indices), adapted.rmse)
 
 
 def _block(seed: int, speed: float, place: int, number: int) -> Pinch:

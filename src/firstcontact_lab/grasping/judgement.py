@@ -1,7 +1,8 @@
-"""Scores of grasp policies on simulated picks of household objects that were not used for tuning.
+"""Scores of grasp policies on simulated picks of household objects, for ``grasp-study``.
 
-Policies get live estimates, or true labels with random errors. They may have a slip reflex.
-Controls give objects the weight or damage limit of others.
+The objects and hands are others than those used for tuning. A policy gets live estimates, or true
+Shore A values with random errors. It may have a slip reflex. In control experiments, objects have
+the weights or damage limits of other objects.
 """
 
 from __future__ import annotations
@@ -20,22 +21,22 @@ from firstcontact.testing import make_estimate
 from firstcontact.twin.household import Quantity, household_named
 from firstcontact_lab.grasping.picks import LIFTS
 from firstcontact_lab.grasping.results import Between, ChosenSettings
-from firstcontact_lab.grasping.table import DETECTION, ClosingTable, Outcomes, Reflexed, Values
+from firstcontact_lab.grasping.table import DETECTION, ClosingTable, Outcomes, ReflexIndices, Values
 from firstcontact_lab.grasping.tuning import (
     SCALES,
     SCATTER,
     Candidate,
     Front,
     PickEstimates,
-    choose,
+    approach_speed_index,
+    assign_folds,
+    bootstrap_weights,
+    choose_settings,
+    compute_front,
     find_scale,
-    folds,
-    front,
     policy_forces,
+    policy_outcomes,
     policy_settings,
-    resampled,
-    speed_place,
-    swept,
 )
 from firstcontact_lab.study.scores import NORMAL
 
@@ -55,9 +56,10 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Two tables of simulated outcomes: one to tune policies, one to judge them.
+    """Two tables of simulated closings: one to tune policies, one to judge them.
 
-    They have different hands and objects.
+    The tables share no hand and no specimen. ``folds`` is the number of groups of objects, and
+    ``budget`` the largest number of settings to try.
     """
 
     tuning: ClosingTable
@@ -69,15 +71,18 @@ class Tables:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judged:
-    """Outcomes of a policy on objects and hands for which its settings were not tuned."""
+class JudgedPolicy:
+    """Outcomes of a policy on objects and hands for which its settings were not tuned.
+
+    ``chosen`` has the settings for each fold, tuned on the other folds.
+    """
 
     outcomes: Outcomes
     chosen: tuple[ChosenSettings, ...]
 
     @property
     def front(self) -> Front:
-        return front(self.outcomes)
+        return compute_front(self.outcomes)
 
 
 def household_policies() -> dict[str, type[Policy]]:
@@ -99,10 +104,11 @@ def candidate(reflex: bool = False) -> type[Policy]:
     return _policy(PolicyRole.CANDIDATE, reflex)
 
 
-def labelled(table: ClosingTable, rmse: float, seed: int) -> list[PickEstimates]:
-    """Return the true Shore A plus noise in place of estimates: one list per approach speed.
+def noisy_labels(table: ClosingTable, rmse: float, seed: int) -> list[PickEstimates]:
+    """Return the true Shore A of each pick plus random noise, in place of live estimates.
 
-    All lists are equal. ``rmse`` is the standard deviation of the noise, Shore A.
+    The result has one list for each approach speed, all with equal values. ``rmse`` is the standard
+    deviation of the noise, Shore A.
     """
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
@@ -111,7 +117,7 @@ def labelled(table: ClosingTable, rmse: float, seed: int) -> list[PickEstimates]
     return [estimates for _ in table.how.speeds]
 
 
-def tried_on(
+def try_settings(
     tables: Tables,
     kind: type[Policy],
     estimates: Sequence[PickEstimates],
@@ -119,107 +125,122 @@ def tried_on(
 ) -> list[Candidate]:
     settings = policy_settings(kind, tables.budget, tables.few, tables.seed)
     return [
-        Candidate(one, swept(kind, one, tables.tuning, estimates, reflex, SCATTER))
+        Candidate(one, policy_outcomes(kind, one, tables.tuning, estimates, reflex, SCATTER))
         for one in settings
     ]
 
 
-def judged(
+def judge_policy(
     tables: Tables,
     kind: type[Policy],
     estimates: tuple[Sequence[PickEstimates], Sequence[PickEstimates]] | None = None,
     reflex: tuple[int, int] | None = None,
-) -> Judged:
+) -> JudgedPolicy:
     """Score a policy on each fold of objects, with the settings that were best on the other folds.
 
-    ``estimates`` are those for tuning and for judging; by default those of the tables. ``reflex``
-    holds the indices of the lift and of the latency, for a policy with a slip reflex.
+    ``estimates`` is (estimates for tuning, estimates for judging), by default those of the tables.
+    ``reflex`` is (lift, latency): indices into ``LIFTS`` and ``DETECTION``. Only policies with a
+    slip reflex need it.
     """
     tuning, judging = estimates or (tables.tuning.estimates, tables.judged.estimates)
-    tried = tried_on(tables, kind, tuning, reflex)
+    tried = try_settings(tables, kind, tuning, reflex)
 
     @cache
     def outcomes(settings: tuple[tuple[str, float], ...]) -> Outcomes:
-        return swept(kind, dict(settings), tables.judged, judging, reflex)
+        return policy_outcomes(kind, dict(settings), tables.judged, judging, reflex)
 
-    return _by_fold(tables, tried, lambda chosen: outcomes(tuple(chosen.settings.items())))
+    return _judge_by_fold(tables, tried, lambda chosen: outcomes(tuple(chosen.settings.items())))
 
 
-def _by_fold(
+def _judge_by_fold(
     tables: Tables, tried: Sequence[Candidate], outcomes: Callable[[ChosenSettings], Outcomes]
-) -> Judged:
-    fold_of = folds(sorted(set(tables.tuning.kinds) | set(tables.judged.kinds)), tables.folds)
+) -> JudgedPolicy:
+    fold_of = assign_folds(
+        sorted(set(tables.tuning.kinds) | set(tables.judged.kinds)), tables.folds
+    )
     learn = np.array([fold_of[k] for k in tables.tuning.kinds])
     ask = np.array([fold_of[k] for k in tables.judged.kinds])
     dropped, damaged = np.zeros((2, len(SCALES), len(ask)))
     chosen = []
     for fold in range(tables.folds):
-        chosen.append(choose(tried, learn != fold))
+        chosen.append(choose_settings(tried, learn != fold))
         outcome, selected = outcomes(chosen[-1]), ask == fold
         dropped[:, selected] = outcome.dropped[:, selected]
         damaged[:, selected] = outcome.damaged[:, selected]
-    return Judged(Outcomes(dropped, damaged), tuple(chosen))
+    return JudgedPolicy(Outcomes(dropped, damaged), tuple(chosen))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judgement:
-    """Outcomes of all policies on the picks that were not used for tuning."""
+class PolicyJudgements:
+    """Outcomes of all policies on picks that were not used for tuning.
 
-    plain: Mapping[str, Judged]
-    reflexes: Mapping[str, tuple[Judged, Judged]]
+    ``plain`` has the policies without a slip reflex, by name. ``reflexes`` has (baseline,
+    candidate) with a slip reflex, by condition. ``fold_of`` maps each object to its fold.
+    """
+
+    plain: Mapping[str, JudgedPolicy]
+    reflexes: Mapping[str, tuple[JudgedPolicy, JudgedPolicy]]
     fold_of: Mapping[str, int]
 
     @property
-    def blind(self) -> Judged:
+    def blind(self) -> JudgedPolicy:
         return self.plain[baseline().name]
 
     @property
-    def ours(self) -> Judged:
+    def ours(self) -> JudgedPolicy:
         return self.plain[candidate().name]
 
     @property
-    def everyone(self) -> dict[str, Judged]:
-        """Outcomes of each policy by its name.
+    def everyone(self) -> dict[str, JudgedPolicy]:
+        """Outcomes of each policy, by the policy's name.
 
-        A slip reflex has the lift and latency of ``FULL``.
+        Policies with a slip reflex are those for the lift and latency of ``FULL``.
         """
         place = (list(LIFTS).index(FULL[0]), DETECTION.index(FULL[1]))
-        full = next(name for name, at in conditions().items() if at == place)
+        full = next(name for name, at in reflex_conditions().items() if at == place)
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[full], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return a function for each policy name.
+        """Return a function for each policy name, which maps an object to settings.
 
-        It maps an object to the settings tuned without it.
+        The settings were tuned without this object.
         """
 
-        def of_policy(policy: Judged) -> SettingsOf:
+        def of_policy(policy: JudgedPolicy) -> SettingsOf:
             return lambda kind: policy.chosen[self.fold_of[kind]].settings
 
         return {name: of_policy(policy) for name, policy in self.everyone.items()}
 
 
-def judgement(tables: Tables) -> Judgement:
-    plain = {n: judged(tables, k) for n, k in household_policies().items() if not k.has_reflex()}
+def judge_policies(tables: Tables) -> PolicyJudgements:
+    plain = {
+        n: judge_policy(tables, k) for n, k in household_policies().items() if not k.has_reflex()
+    }
     for noise in NOISES:
         estimates = (
-            labelled(tables.tuning, noise, tables.seed),
-            labelled(tables.judged, noise, tables.seed + 1),
+            noisy_labels(tables.tuning, noise, tables.seed),
+            noisy_labels(tables.judged, noise, tables.seed + 1),
         )
         name = "label" if noise == 0 else f"label_rmse_{noise:g}"
-        plain[name] = judged(tables, candidate(), estimates)
+        plain[name] = judge_policy(tables, candidate(), estimates)
     reflexes = {
-        name: (judged(tables, baseline(True), None, at), judged(tables, candidate(True), None, at))
-        for name, at in conditions().items()
+        name: (
+            judge_policy(tables, baseline(True), None, at),
+            judge_policy(tables, candidate(True), None, at),
+        )
+        for name, at in reflex_conditions().items()
     }
-    return Judgement(plain, reflexes, folds(sorted(set(tables.judged.kinds)), tables.folds))
+    return PolicyJudgements(
+        plain, reflexes, assign_folds(sorted(set(tables.judged.kinds)), tables.folds)
+    )
 
 
-def conditions() -> dict[str, tuple[int, int]]:
-    """Return the indices (lift, latency) of each condition for slip reflexes, by its name.
+def reflex_conditions() -> dict[str, tuple[int, int]]:
+    """Return (lift, latency) for each condition of a slip reflex, by the name of the condition.
 
-    An example of a name is "abrupt, 100 ms".
+    The numbers are indices into ``LIFTS`` and ``DETECTION``. A name is, for example, "abrupt, 100
+    ms".
     """
     return {
         f"{lift}, {1e3 * wait:g} ms": (a, b)
@@ -228,15 +249,15 @@ def conditions() -> dict[str, tuple[int, int]]:
     }
 
 
-def ceiling(table: ClosingTable) -> Front:
-    """Return the best shares of drops and damage that any policy could reach.
+def best_possible_front(table: ClosingTable) -> Front:
+    """Return the smallest shares of drops and damage that any policy could reach.
 
-    For this, each pick gets the speed, force and reflex that suit it best.
+    Each pick gets the approach speed, grip force and slip reflex that suit it best.
     """
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
     reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
-    acting = [None, *(Reflexed(*places) for places in reflexes)]
+    acting = [None, *(ReflexIndices(*places) for places in reflexes)]
     outcomes = [table.outcomes(v, grid, r) for v in range(len(table.how.speeds)) for r in acting]
     dropped = np.concatenate([f.dropped for f in outcomes])
     damaged = np.concatenate([f.damaged for f in outcomes])
@@ -249,122 +270,143 @@ def ceiling(table: ClosingTable) -> Front:
 
 
 def resample_weights(table: ClosingTable, seed: int) -> Values:
-    """Return bootstrap weights, shape (picks, resamples), that draw objects and hands again."""
+    """Return the weight of each pick in bootstrap resamples, shape (picks, resamples).
+
+    Each resample draws objects and hands at random, with replacement.
+    """
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
-    return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
+    return bootstrap_weights(table.kinds, table.hands, groups, RESAMPLES, seed)
 
 
-def between(value: float, drawn: Values) -> Between:
-    """Return ``value`` with an interval: the middle 95 % of its bootstrap values ``drawn``."""
+def with_interval(value: float, drawn: Values) -> Between:
+    """Return ``value`` with a 95 % interval: the middle 95 % of the bootstrap values ``drawn``."""
     low, high = np.nanpercentile(drawn, [2.5, 97.5])
     return Between(value=value, low=float(low), high=float(high))
 
 
-def drops(policy: Judged, weights: Values) -> Between:
-    """Return the share of objects that a policy drops at 10 % damage, with its interval."""
-    return between(float(policy.front.drop_share()), front(policy.outcomes, weights).drop_share())
+def drop_share(policy: JudgedPolicy, weights: Values) -> Between:
+    """Return the share of picks that a policy drops at 10 % damage, with a 95 % interval."""
+    return with_interval(
+        float(policy.front.drop_share()), compute_front(policy.outcomes, weights).drop_share()
+    )
 
 
-def less(dropped: Values, theirs: Values) -> Values:
-    """Return the relative reduction of drops, 1 - ``dropped`` / ``theirs``, clipped to -1 to 1."""
+def relative_reduction(dropped: Values, theirs: Values) -> Values:
+    """Return the relative reduction of drops, 1 - ``dropped`` / ``theirs``, clipped to -1 to 1.
+
+    Both are shares of dropped picks: ``theirs`` is that of the reference policy.
+    """
     ratio = np.where(
         theirs > 0, dropped / np.maximum(theirs, 1e-9), np.where(dropped > 0, 2.0, 1.0)
     )
     return np.asarray(np.clip(1 - ratio, -1.0, 1.0))
 
 
-def fewer(ours: Judged, theirs: Judged, weights: Values | None = None) -> Between:
-    """Return by which share fewer objects drop with policy ``ours`` than with ``theirs``.
+def drop_reduction(
+    ours: JudgedPolicy, theirs: JudgedPolicy, weights: Values | None = None
+) -> Between:
+    """Return the relative reduction of drops from policy ``theirs`` to policy ``ours``.
 
-    Forces of both policies are scaled until they damage 10 % of the objects. Without ``weights``,
-    the result has no interval.
+    The forces of both policies are scaled until they damage 10 % of the picks. ``weights`` are
+    those of :func:`resample_weights`. Without them, the interval has no width.
     """
-    value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
+    value = float(relative_reduction(ours.front.drop_share(), theirs.front.drop_share()))
     if weights is None:
         return Between(value=value, low=value, high=value)
-    mine, others = (front(j.outcomes, weights).drop_share() for j in (ours, theirs))
-    return between(value, less(mine, others))
+    mine, others = (compute_front(j.outcomes, weights).drop_share() for j in (ours, theirs))
+    return with_interval(value, relative_reduction(mine, others))
 
 
-def fewer_as_bold(ours: Judged, theirs: Judged, weights: Values) -> Between:
-    """Return the reduction of drops as :func:`fewer`, but scale the forces once on all picks.
+def drop_reduction_at_fixed_scale(
+    ours: JudgedPolicy, theirs: JudgedPolicy, weights: Values
+) -> Between:
+    """Return the reduction of drops as :func:`drop_reduction`, with forces scaled only once.
 
-    :func:`fewer` instead scales them again in each bootstrap resample. So this interval also holds
-    the scatter of the damage.
+    The scale that equalises the damage is found on all picks, not in each bootstrap resample. The
+    interval therefore includes the random variation of the damage.
     """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
-    mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
+    mine, others = compute_front(ours.outcomes, weights), compute_front(theirs.outcomes, weights)
     # Over all picks both policies damage a tenth, apart from the steps between scales.
     apart = ours.front.damaged[a] - theirs.front.damaged[b]
     dropped = mine.dropped[a] + mine.damaged[a] - others.damaged[b] - apart
-    return between(fewer(ours, theirs).value, less(dropped, others.dropped[b]))
+    return with_interval(
+        drop_reduction(ours, theirs).value, relative_reduction(dropped, others.dropped[b])
+    )
 
 
-def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
+def reduction_after_swaps(
+    tables: Tables, count: int, mass: bool, damage: bool, seed: int
+) -> Between:
     """Return the reduction of drops after objects swapped their weights or damage limits at random.
 
-    With ``mass`` they swap weights, with ``damage`` damage limits. The value is the mean over
-    ``count`` random swaps, and the interval holds the middle 95 % of them.
+    With ``mass`` objects swap weights, with ``damage`` they swap damage limits. The value is the
+    mean over ``count`` random swaps. The interval holds the middle 95 % of the swaps.
     """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])
     kinds = (baseline(), candidate())
-    tried = {k.name: tried_on(tables, k, tables.tuning.estimates) for k in kinds}
-    pressed = {k.name: _pressed(tables.tuning, k, tried[k.name]) for k in kinds}
+    tried = {k.name: try_settings(tables, k, tables.tuning.estimates) for k in kinds}
+    pressed = {k.name: _simulated_forces(tables.tuning, k, tried[k.name]) for k in kinds}
     gains = []
     for _ in range(count):
         by_mass = dict(zip(names, rng.permutation(names), strict=True)) if mass else {}
         by_limit = dict(zip(names, rng.permutation(names), strict=True)) if damage else {}
-        tuning, judging = (_given(t, by_mass, by_limit) for t in (tables.tuning, tables.judged))
+        tuning, judging = (
+            _swap_properties(t, by_mass, by_limit) for t in (tables.tuning, tables.judged)
+        )
         other = replace(tables, tuning=tuning, judged=judging)
 
         def retuned(
             kind: type[Policy], tuning: ClosingTable = tuning, other: Tables = other
-        ) -> Judged:
+        ) -> JudgedPolicy:
             again = [
                 Candidate(c.settings, tuning.judge(peak, hold, SCATTER))
                 for c, (peak, hold) in zip(tried[kind.name], pressed[kind.name], strict=True)
             ]
             table = other.judged
-            return _by_fold(
-                other, again, lambda one: swept(kind, one.settings, table, table.estimates)
+            return _judge_by_fold(
+                other,
+                again,
+                lambda one: policy_outcomes(kind, one.settings, table, table.estimates),
             )
 
         theirs, ours = map(retuned, kinds)
-        gains.append(fewer(ours, theirs).value)
-    return between(float(np.mean(gains)), np.array(gains))
+        gains.append(drop_reduction(ours, theirs).value)
+    return with_interval(float(np.mean(gains)), np.array(gains))
 
 
-def _pressed(
+def _simulated_forces(
     table: ClosingTable, kind: type[Policy], tried: Sequence[Candidate]
 ) -> list[tuple[Values, Values]]:
     pressed = []
     for one in tried:
-        speed = speed_place(table, one.settings)
+        speed = approach_speed_index(table, one.settings)
         forces = policy_forces(kind, one.settings, table, table.estimates[speed])
-        pressed.append(table.pressed(speed, SCALES[:, None] * forces))
+        pressed.append(table.interpolate_forces(speed, SCALES[:, None] * forces))
     return pressed
 
 
-def _given(
+def _swap_properties(
     table: ClosingTable, by_mass: Mapping[str, str], by_limit: Mapping[str, str]
 ) -> ClosingTable:
     """Return the table with the holding forces and damage limits of some objects replaced.
 
-    ``by_mass`` and ``by_limit`` map the name of an object to the object whose value it gets.
+    ``by_mass`` and ``by_limit`` map the name of an object to the name of the object whose holding
+    force or limit it gets.
     """
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 
     def indices(by: Mapping[str, str]) -> NDArray[np.intp]:
         return np.array([place[by.get(p.kind, p.kind), p.hand, p.specimen] for p in table.picks])
 
-    return table.otherwise(table.needed[indices(by_mass)], table.limit[indices(by_limit)])
+    return table.with_properties(table.needed[indices(by_mass)], table.limit[indices(by_limit)])
 
 
-def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the reduction of drops if the assumed limits, masses or frictions were different.
+def reductions_by_assumption(tables: Tables) -> dict[str, Between]:
+    """Return the reduction of drops if assumed limits, masses or frictions were different.
 
-    Each key describes one change, such as "estimated masses × 2".
+    Each key describes one change, such as "estimated masses × 1.25".
     """
     gains = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
@@ -375,36 +417,42 @@ def sensitivity(tables: Tables) -> dict[str, Between]:
     ):
         for factor in factors:
             same = dict.fromkeys(names, factor)
-            gains[f"estimated {title} × {factor:g}"] = _gain(tables, of, same, intervals=True)
+            gains[f"estimated {title} × {factor:g}"] = _reduction_if_scaled(
+                tables, of, same, intervals=True
+            )
     rng = np.random.default_rng([tables.seed, 7])
     drawn = []
     for _ in range(DRAWS):
         by_kind = dict(zip(names, np.exp(SPREAD * rng.standard_normal(len(names))), strict=True))
-        drawn.append(_gain(tables, "limit", by_kind, intervals=False).value)
+        drawn.append(_reduction_if_scaled(tables, "limit", by_kind, intervals=False).value)
     gains[f"each estimated limit off by {100 * SPREAD:.0f} % by chance, {DRAWS} draws"] = Between(
         value=float(np.mean(drawn)), low=min(drawn), high=max(drawn)
     )
     return gains
 
 
-def _gain(tables: Tables, of: str, factors: Mapping[str, float], *, intervals: bool) -> Between:
-    """Return the reduction of drops after the property ``of`` of each object is multiplied.
+def _reduction_if_scaled(
+    tables: Tables, of: str, factors: Mapping[str, float], *, intervals: bool
+) -> Between:
+    """Return the reduction of drops after multiplying an assumed property of each object.
 
-    ``of`` is "limit", "mass" or "friction". ``factors`` are by object name. Values that were
-    measured, not assumed, stay the same.
+    The property ``of`` is "limit", "mass" or "friction". ``factors`` maps the name of an object to
+    its factor. Measured properties stay unchanged.
     """
-    tuning, judging = (_changed(t, of, factors) for t in (tables.tuning, tables.judged))
+    tuning, judging = (_scale_property(t, of, factors) for t in (tables.tuning, tables.judged))
     other = replace(tables, tuning=tuning, judged=judging)
     weights = resample_weights(other.judged, other.seed) if intervals else None
-    return fewer(judged(other, candidate()), judged(other, baseline()), weights)
+    return drop_reduction(
+        judge_policy(other, candidate()), judge_policy(other, baseline()), weights
+    )
 
 
-def _changed(table: ClosingTable, of: str, by_kind: Mapping[str, float]) -> ClosingTable:
+def _scale_property(table: ClosingTable, of: str, by_kind: Mapping[str, float]) -> ClosingTable:
     factors: Values = np.ones(len(table.picks))
     for place, pick in enumerate(table.picks):
         quantity: Quantity | None = getattr(household_named(pick.kind).numbers, of)
         if quantity is not None and quantity.estimated:
             factors[place] = by_kind[pick.kind]
     if of == "limit":
-        return table.otherwise(limit=table.limit * factors)
-    return table.otherwise(needed=table.needed * (factors if of == "mass" else 1 / factors))
+        return table.with_properties(limit=table.limit * factors)
+    return table.with_properties(needed=table.needed * (factors if of == "mass" else 1 / factors))

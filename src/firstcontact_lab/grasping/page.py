@@ -106,13 +106,16 @@ def _draw_front(axis: Axes, points: FrontPoints, colour: str, line: str, title: 
 
 
 def _table(caption: str, titles: Mapping[str, str], rows: Sequence[Row[str]]) -> Table:
-    """Return a table with a line per key of ``titles`` and a column per entry of ``rows``."""
+    """Return a table with one line per key of ``titles`` and one column per entry of ``rows``."""
     lines = [(Cell(title), key, False) for key, title in titles.items()]
     return matrix(caption, rows, lines) or Table(caption, [""], [])
 
 
-def _of(records: Mapping[str, T], value: Callable[[T], Value]) -> Callable[[str], Value]:
-    """Return a function from a name to a value of its record, or to None without a record."""
+def _record_values(records: Mapping[str, T], value: Callable[[T], Value]) -> Callable[[str], Value]:
+    """Return a function that maps a name to ``value`` of the record with this name.
+
+    It maps a name without a record to None.
+    """
     return lambda name: value(records[name]) if name in records else None
 
 
@@ -131,7 +134,7 @@ def policies_table(household: Household) -> Table:
         {name: policy_title(name) for name in household.drops_at_10_damage},
         [
             Row("Dropped", drops, "whole"),
-            Row("Fewer than blind", _of(household.fewer, lambda b: b.bounded), "whole"),
+            Row("Fewer than blind", _record_values(household.fewer, lambda b: b.bounded), "whole"),
             Row("Neither dropped nor damaged", household.success.__getitem__, "whole"),
         ],
     )
@@ -146,11 +149,11 @@ def reflex_table(household: Household) -> Table:
         "detection of a slip takes. Then the brake needs 20 ms, and the force must build up.",
         {name: name for name in reflexes},
         [
-            Row("Reflex alone", _of(reflexes, lambda r: r.blind.bounded), "whole"),
-            Row("Stiffness, too", _of(reflexes, lambda r: r.stiffness.bounded), "whole"),
-            Row("Fewer", _of(reflexes, lambda r: r.fewer.bounded), "whole"),
-            Row("Success, alone", _of(reflexes, lambda r: r.success.blind), "whole"),
-            Row("Success, both", _of(reflexes, lambda r: r.success.stiffness), "whole"),
+            Row("Reflex alone", _record_values(reflexes, lambda r: r.blind.bounded), "whole"),
+            Row("Stiffness, too", _record_values(reflexes, lambda r: r.stiffness.bounded), "whole"),
+            Row("Fewer", _record_values(reflexes, lambda r: r.fewer.bounded), "whole"),
+            Row("Success, alone", _record_values(reflexes, lambda r: r.success.blind), "whole"),
+            Row("Success, both", _record_values(reflexes, lambda r: r.success.stiffness), "whole"),
         ],
     )
 
@@ -158,7 +161,7 @@ def reflex_table(household: Household) -> Table:
 def _gains(
     caption: str, gains: Mapping[str, Between], unit: str, titles: Mapping[str, str]
 ) -> Table:
-    row = Row[str]("Fewer drops than blind", _of(gains, lambda b: b.bounded), unit)
+    row = Row[str]("Fewer drops than blind", _record_values(gains, lambda b: b.bounded), unit)
     return _table(caption, titles, [row])
 
 
@@ -193,13 +196,17 @@ def closings_table(household: Household) -> Table:
         "predicts.",
         {name: policy_title(name) for name in closings},
         [
-            Row("Success", _of(closings, lambda c: bounded(c, "success")), "whole"),
-            Row("Dropped", _of(closings, lambda c: bounded(c, "dropped")), "whole"),
-            Row("Damaged", _of(closings, lambda c: bounded(c, "damaged")), "whole"),
-            Row("Steady", _of(closings, lambda c: c.steady), "whole"),
-            Row("Time to a steady grasp", _of(closings, lambda c: c.steady_ms), "whole ms"),
-            Row("Estimate by the deadline", _of(closings, lambda c: c.in_time), "whole"),
-            Row("As tabulated", _of(closings, lambda c: c.as_table), "whole"),
+            Row("Success", _record_values(closings, lambda c: bounded(c, "success")), "whole"),
+            Row("Dropped", _record_values(closings, lambda c: bounded(c, "dropped")), "whole"),
+            Row("Damaged", _record_values(closings, lambda c: bounded(c, "damaged")), "whole"),
+            Row("Steady", _record_values(closings, lambda c: c.steady), "whole"),
+            Row(
+                "Time to a steady grasp",
+                _record_values(closings, lambda c: c.steady_ms),
+                "whole ms",
+            ),
+            Row("Estimate by the deadline", _record_values(closings, lambda c: c.in_time), "whole"),
+            Row("As tabulated", _record_values(closings, lambda c: c.as_table), "whole"),
         ],
     )
 
@@ -220,8 +227,8 @@ def estimates_table(household: Household) -> Table:
     ]
     return Table(
         f"Errors of the estimates by time after the contact, and of the used ones. "
-        f"{_firm(household)}On held-out pinches of the hands' own blocks the RMSE is "
-        f"{estimates.block_rmse:.1f}. "
+        f"{_firm_objects_sentence(household)}On held-out pinches of the hands' own blocks the "
+        f"RMSE is {estimates.block_rmse:.1f}. "
         f"{percent(estimates.unanswered)} of pinches had no estimate before the second contact, "
         f"and {percent(estimates.heard)} of second contacts were detected.",
         ("", *map(_window_title, estimates.rmse)),
@@ -229,8 +236,11 @@ def estimates_table(household: Household) -> Table:
     )
 
 
-def _firm(household: Household) -> str:
-    """Return a sentence about estimates of objects firmer than all blocks; "" if there are none."""
+def _firm_objects_sentence(household: Household) -> str:
+    """Return a sentence about estimates of objects firmer than all blocks.
+
+    Return "" if there are no such objects.
+    """
     answered = [entry for entry in household.by_object.values() if entry.bias is not None]
     firm = [entry for entry in answered if entry.shore_a > MET]
     if not firm:
@@ -259,10 +269,16 @@ def objects_table(household: Household) -> Table:
         "shares dropped / damaged with settings tuned without the object's family.",
         {name: name for name in objects},
         [
-            Row("Shore A", _of(objects, lambda o: f"{o.shore_a:g}")),
-            *(Row(_window_title(w), _of(objects, error(w))) for w in household.estimates.rmse),
-            Row("Mean error", _of(objects, lambda o: o.bias), "bias"),
-            *(Row(p.title, _of(objects, outcome(p.name))) for p in (baseline(), candidate())),
+            Row("Shore A", _record_values(objects, lambda o: f"{o.shore_a:g}")),
+            *(
+                Row(_window_title(w), _record_values(objects, error(w)))
+                for w in household.estimates.rmse
+            ),
+            Row("Mean error", _record_values(objects, lambda o: o.bias), "bias"),
+            *(
+                Row(p.title, _record_values(objects, outcome(p.name)))
+                for p in (baseline(), candidate())
+            ),
         ],
     )
 
@@ -327,11 +343,11 @@ def grasp_page(state: State) -> Page:
         ],
         warning="Quick study with few pinches: do not quote its numbers",
         outcome=sentences(household) if household else [],
-        how=_how(state, household),
+        how=_method_notes(state, household),
     )
 
 
-def _how(state: State, household: Household | None) -> list[tuple[str, list[str]]]:
+def _method_notes(state: State, household: Household | None) -> list[tuple[str, list[str]]]:
     how = {"Seed": str(state.settings["seed"])}
     how["Time"] = f"{state.elapsed} with {state.settings['workers']} workers"
     if household is not None:

@@ -22,8 +22,8 @@ from firstcontact_lab.grasping.hands import (
     BLOCK,
     CONDITION,
     LAYOUT,
-    OwnHand,
-    OwnHands,
+    AdaptedHand,
+    AdaptedHands,
     PlantHand,
     SlipWatch,
 )
@@ -55,12 +55,12 @@ def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> Gra
     return GraspPlant(draw, Drive(), target, lift=lift, longest=LONGEST_PICK)
 
 
-def make_pipeline(hand: OwnHand) -> Pipeline:
+def make_pipeline(hand: AdaptedHand) -> Pipeline:
     return Pipeline(LAYOUT, hand.detector, hand.model, clock=lambda: 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Approached:
+class ApproachState:
     """State of a simulated hand at the second contact, with the live estimates until then."""
 
     plant: GraspPlant
@@ -82,7 +82,7 @@ class _WaitingHand(PlantHand):
             super().send(command)
 
 
-def approached(pick: Pick, speed: float, hand: OwnHand) -> Approached:
+def simulate_approach(pick: Pick, speed: float, hand: AdaptedHand) -> ApproachState:
     """Simulate a hand that closes on an unbreakable object, until both fingers touch.
 
     ``speed`` is the approach speed, m/s.
@@ -114,11 +114,11 @@ def approached(pick: Pick, speed: float, hand: OwnHand) -> Approached:
         grasping.after_block(block)
     one, two = plant.outcome.first_contact, plant.outcome.second_contact
     offset = None if one is None or two is None else two - one
-    return Approached(plant, policy.estimate, tuple(answers), heard, offset)
+    return ApproachState(plant, policy.estimate, tuple(answers), heard, offset)
 
 
 @dataclass(frozen=True, slots=True)
-class FullJob:
+class FullPickJob:
     pick: Pick
     policy: str
     settings: Mapping[str, float]
@@ -127,14 +127,14 @@ class FullJob:
 
 
 @dataclass(frozen=True, slots=True)
-class FullRow:
+class FullPickOutcome:
     """Outcome of one pick, simulated from the open hand to the lifted object.
 
     ``steady`` is the time to a steady grasp, s; None without one. ``largest`` is the largest
     contact force, N.
     """
 
-    job: FullJob
+    job: FullPickJob
     dropped: bool
     damaged: bool
     steady: float | None
@@ -143,7 +143,10 @@ class FullRow:
 
 
 def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float]) -> FinalForce:
-    """Return a policy with settings, which knows the named object's true Shore A and mass."""
+    """Return a policy that knows the true Shore A and mass of the object ``name``.
+
+    ``kind`` is the class of the policy, and ``settings`` are its tuned numbers.
+    """
     numbers = household_named(name).numbers
     truth = Truth(numbers.shore_a.value, numbers.mass.value)
     policy = make_policy(kind, Grip(), truth, settings)
@@ -154,8 +157,8 @@ def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float
     return policy
 
 
-def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
-    """Simulate a whole pick, in which a policy acts on live estimates. Return its outcome."""
+def simulate_full_closing(job: FullPickJob, hands: AdaptedHands) -> FullPickOutcome:
+    """Simulate a whole pick, in which a policy acts on live estimates. Return the outcome."""
     plant = make_plant(job.pick, lift=LIFTS[job.lift])
     policy = household_policy(POLICIES[job.policy], job.pick.kind, job.settings)
     grasping = Grasping(policy, PlantHand(plant), LAYOUT)
@@ -173,7 +176,7 @@ def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
         if watch is not None and watch.slips(plant):
             grasping.loop.slipped(plant.now)
     outcome = plant.outcome
-    return FullRow(
+    return FullPickOutcome(
         job,
         outcome.dropped,
         outcome.broken,

@@ -33,9 +33,10 @@ class FrontPoints(Record, frozen=True, kw_only=True):
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """Settings of a policy, tuned without the objects ``left_out``.
+    """Settings of a policy that were tuned without the objects in ``left_out``.
 
-    ``drops`` and ``damage`` are the shares of the tuning picks that these settings drop and damage.
+    ``drops`` and ``damage`` are the shares of the tuning picks that are dropped and damaged with
+    these settings.
     """
 
     left_out: list[str]
@@ -45,8 +46,11 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
     damage: float
 
 
-class TunedOn(Record, frozen=True, kw_only=True):
-    """Picks for tuning or for judging: seeds of the hands, numbers of the specimens, and counts."""
+class PickSummary(Record, frozen=True, kw_only=True):
+    """Description of the picks that were used for tuning or for judging.
+
+    ``hands`` are seeds, ``specimens`` are numbers, and ``picks`` is a count.
+    """
 
     hands: list[int]
     specimens: list[int]
@@ -56,7 +60,7 @@ class TunedOn(Record, frozen=True, kw_only=True):
     families: list[list[str]]
 
 
-class RealClosings(Record, frozen=True, kw_only=True):
+class FullClosingShares(Record, frozen=True, kw_only=True):
     n: int
     success: float
     dropped: float
@@ -74,7 +78,7 @@ class ReflexSuccess(Record, frozen=True, kw_only=True):
 
 
 class Reflexes(Record, frozen=True, kw_only=True):
-    """Shares of drops with a slip reflex, for one kind of lift and one detection latency."""
+    """Shares of dropped picks with a slip reflex, for one type of lift and one latency."""
 
     blind: Between
     stiffness: Between
@@ -120,15 +124,15 @@ class Household(Record, frozen=True, kw_only=True):
     slip_reflex: dict[str, Reflexes]
     sensitivity: dict[str, Between]
     fronts: dict[str, FrontPoints]
-    closings: dict[str, RealClosings]
+    closings: dict[str, FullClosingShares]
     estimates: Estimates
     by_object: dict[str, ObjectErrors]
     tuned: dict[str, list[ChosenSettings]]
-    tuned_on: TunedOn
-    judged_on: TunedOn
+    tuned_on: PickSummary
+    judged_on: PickSummary
 
     @property
     def met(self) -> bool:
-        """True if the reduction of drops reaches the target and its interval lies above zero."""
+        """True if the reduction of drops reaches the target, and its 95 % interval is above 0."""
         gain = self.fewer_drops_than_blind
         return gain.value >= self.target and gain.low > 0

@@ -1,4 +1,4 @@
-"""Run of a whole grasp study: it simulates hands, tunes and scores policies, and writes files."""
+"""Run of the grasp study: simulate hands, tune and judge policies, and write the report."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from firstcontact.grasp.household_policies import APPROACH, BOOST
 from firstcontact.jobs import Runner
 from firstcontact.twin.household import HOUSEHOLD as OBJECTS
 from firstcontact.twin.household import household_named
-from firstcontact_lab.grasping.hands import OwnHands, own_hand
+from firstcontact_lab.grasping.hands import AdaptedHands, adapt_to_hand
 from firstcontact_lab.grasping.judgement import (
     FULL,
-    Judged,
-    Judgement,
+    JudgedPolicy,
+    PolicyJudgements,
     Tables,
     baseline,
-    between,
+    best_possible_front,
     candidate,
-    ceiling,
-    drops,
-    fewer,
-    fewer_as_bold,
-    judgement,
-    permuted,
+    drop_reduction,
+    drop_reduction_at_fixed_scale,
+    drop_share,
+    judge_policies,
+    reduction_after_swaps,
+    reductions_by_assumption,
     resample_weights,
-    sensitivity,
+    with_interval,
 )
 from firstcontact_lab.grasping.page import (
     GRASP_PARTS,
@@ -40,7 +40,12 @@ from firstcontact_lab.grasping.page import (
     fronts_picture,
     grasp_page,
 )
-from firstcontact_lab.grasping.picks import FullJob, FullRow, Pick, full_closing
+from firstcontact_lab.grasping.picks import (
+    FullPickJob,
+    FullPickOutcome,
+    Pick,
+    simulate_full_closing,
+)
 from firstcontact_lab.grasping.results import (
     CEILING,
     FIRMEST,
@@ -49,15 +54,21 @@ from firstcontact_lab.grasping.results import (
     ChosenSettings,
     Estimates,
     FrontPoints,
+    FullClosingShares,
     Household,
     ObjectErrors,
-    RealClosings,
+    PickSummary,
     Reflexes,
     ReflexSuccess,
-    TunedOn,
 )
-from firstcontact_lab.grasping.table import Branches, Branching, ClosingTable, Values, branches
-from firstcontact_lab.grasping.tuning import DAMAGE, FAMILIES, TUNED, Front, family, folds
+from firstcontact_lab.grasping.table import (
+    ApproachOutcomes,
+    ClosingGrid,
+    ClosingTable,
+    Values,
+    simulate_approach_outcomes,
+)
+from firstcontact_lab.grasping.tuning import DAMAGE, FAMILIES, TUNED, Front, assign_folds, family_of
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.page import State
 from firstcontact_lab.report.run import Job, run_steps
@@ -112,23 +123,23 @@ class GraspStudySettings:
 
 
 class HouseholdStudy:
-    hands: OwnHands
-    tuning: list[Branches]
-    rows: list[Branches]
+    hands: AdaptedHands
+    tuning: list[ApproachOutcomes]
+    rows: list[ApproachOutcomes]
     tables: Tables
     weights: Values
-    judgement: Judgement
-    full: list[FullRow]
+    judgement: PolicyJudgements
+    full: list[FullPickOutcome]
 
     def __init__(self, settings: GraspStudySettings, runner: Runner) -> None:
         self.settings, self._runner = settings, runner
-        self._how = Branching(settings.speeds, settings.forces, settings.boosts)
+        self._how = ClosingGrid(settings.speeds, settings.forces, settings.boosts)
         self.tuning_hands, self.judged_hands = settings.hand_seeds()
 
     def adapt_hands(self) -> None:
         seeds = (*self.tuning_hands, *self.judged_hands)
         hands = [(h, v) for h in seeds for v in self._how.speeds]
-        made = self._runner.map(own_hand, hands, self.settings.blocks)
+        made = self._runner.map(adapt_to_hand, hands, self.settings.blocks)
         self.hands = dict(zip(hands, made, strict=True))
 
     def simulate_tuning(self) -> None:
@@ -137,10 +148,10 @@ class HouseholdStudy:
     def simulate_judged(self) -> None:
         self.rows = self._closings(self.judged_hands, self.settings.judged_specimens)
 
-    def _closings(self, seeds: Sequence[int], specimens: Sequence[int]) -> list[Branches]:
+    def _closings(self, seeds: Sequence[int], specimens: Sequence[int]) -> list[ApproachOutcomes]:
         picks = [Pick(k, h, s) for k in self.settings.kinds for h in seeds for s in specimens]
         jobs = [(p, v) for p in picks for v in self._how.speeds]
-        return self._runner.map(branches, jobs, self.hands, self._how)
+        return self._runner.map(simulate_approach_outcomes, jobs, self.hands, self._how)
 
     def tune(self) -> None:
         settings = self.settings
@@ -153,27 +164,27 @@ class HouseholdStudy:
             settings.seed,
         )
         self.weights = resample_weights(self.tables.judged, settings.seed)
-        self.judgement = judgement(self.tables)
+        self.judgement = judge_policies(self.tables)
 
     def close(self) -> None:
-        """Simulate whole closings of all judged picks, to check interpolated results."""
+        """Simulate the whole closing of each judged pick, to check the interpolated results."""
         chosen = self.judgement.chosen()
         jobs = [
-            FullJob(
+            FullPickJob(
                 pick, kind.name, chosen[kind.name](pick.kind),
                 *(FULL if kind.has_reflex() else ("abrupt", None)),
             )
             for kind in (baseline(), candidate(), baseline(True), candidate(True))
             for pick in self.tables.judged.picks
         ]  # fmt: skip
-        self.full = self._runner.map(full_closing, jobs, self.hands)
+        self.full = self._runner.map(simulate_full_closing, jobs, self.hands)
 
     def results(self) -> Household:
         tables, table, weights = self.tables, self.tables.judged, self.weights
         judged, seed = self.judgement, self.tables.seed
         blind, ours, everyone = judged.blind, judged.ours, judged.everyone
-        best = ceiling(table)
-        between_of = {name: drops(policy, weights) for name, policy in everyone.items()}
+        best = best_possible_front(table)
+        between_of = {name: drop_share(policy, weights) for name, policy in everyone.items()}
         full = dict.fromkeys(row.job.policy for row in self.full)
         closings = {name: self._shares(name, everyone[name]) for name in full}
         successes = {name: _success(policy) for name, policy in everyone.items()}
@@ -193,18 +204,22 @@ class HouseholdStudy:
                 CEILING: float(best.drop_share()),
             },
             drops_between=between_of,
-            fewer_drops_than_blind=fewer(ours, blind, weights),
-            fewer_drops_as_bold=fewer_as_bold(ours, blind, weights),
+            fewer_drops_than_blind=drop_reduction(ours, blind, weights),
+            fewer_drops_as_bold=drop_reduction_at_fixed_scale(ours, blind, weights),
             success_gain=self._success_gain(),
-            fewer={n: fewer(f, blind, weights) for n, f in judged.plain.items() if f is not blind},
+            fewer={
+                n: drop_reduction(f, blind, weights)
+                for n, f in judged.plain.items()
+                if f is not blind
+            },
             target=TARGET,
             controls={
-                "mass_permuted": permuted(tables, count, True, False, seed),
-                "damage_permuted": permuted(tables, count, False, True, seed),
-                "both_permuted": permuted(tables, count, True, True, seed),
+                "mass_permuted": reduction_after_swaps(tables, count, True, False, seed),
+                "damage_permuted": reduction_after_swaps(tables, count, False, True, seed),
+                "both_permuted": reduction_after_swaps(tables, count, True, True, seed),
             },
             slip_reflex={n: _reflexes(b, s, weights) for n, (b, s) in judged.reflexes.items()},
-            sensitivity=sensitivity(tables),
+            sensitivity=reductions_by_assumption(tables),
             fronts={
                 **{name: _points(policy.front) for name, policy in everyone.items()},
                 CEILING: _points(best),
@@ -217,8 +232,8 @@ class HouseholdStudy:
             judged_on=self._picks_of(table),
         )
 
-    def _picks_of(self, table: ClosingTable) -> TunedOn:
-        return TunedOn(
+    def _picks_of(self, table: ClosingTable) -> PickSummary:
+        return PickSummary(
             hands=sorted(set(table.hands.tolist())),
             specimens=sorted({pick.specimen for pick in table.picks}),
             picks=len(table.picks),
@@ -228,22 +243,22 @@ class HouseholdStudy:
         )
 
     def _success_gain(self) -> Between:
-        """Return by how much the share of successful picks rises if the policy uses stiffness.
+        """Return the rise in the share of successful picks if the policy uses stiffness.
 
-        Both policies pick the same objects with the same hands.
+        A policy with and a policy without stiffness pick the same objects with the same hands.
         """
         ours, blind = (
             np.array([not (r.dropped or r.damaged) for r in self.full if r.job.policy == k.name])
             for k in (candidate(), baseline())
         )
-        return self._share(ours.astype(float) - blind.astype(float))
+        return self._mean_with_interval(ours.astype(float) - blind.astype(float))
 
-    def _share(self, flags: Values | NDArray[np.bool_]) -> Between:
-        """Return the mean of ``flags``, one value per judged pick, with its bootstrap interval."""
+    def _mean_with_interval(self, flags: Values | NDArray[np.bool_]) -> Between:
+        """Return the mean of ``flags`` (one per judged pick) with a bootstrap interval."""
         drawn = flags.astype(np.float64) @ self.weights / self.weights.sum(axis=0)
-        return between(float(flags.mean()), drawn)
+        return with_interval(float(flags.mean()), drawn)
 
-    def _shares(self, name: str, judged: Judged) -> RealClosings:
+    def _shares(self, name: str, judged: JudgedPolicy) -> FullClosingShares:
         rows = [row for row in self.full if row.job.policy == name]
         damaged = np.array([r.damaged for r in rows])
         # A damaged object that also falls counts as damaged only.
@@ -254,11 +269,11 @@ class HouseholdStudy:
         deadline = POLICIES[name].deadline
         times = [1e3 * r.steady for r in rows if r.steady is not None]
         shares = {
-            "success": self._share(fine),
-            "dropped": self._share(dropped),
-            "damaged": self._share(damaged),
+            "success": self._mean_with_interval(fine),
+            "dropped": self._mean_with_interval(dropped),
+            "damaged": self._mean_with_interval(damaged),
         }
-        return RealClosings(
+        return FullClosingShares(
             n=len(rows),
             **{outcome: share.value for outcome, share in shares.items()},
             steady=len(times) / len(rows),
@@ -268,11 +283,11 @@ class HouseholdStudy:
             intervals={outcome: (share.low, share.high) for outcome, share in shares.items()},
         )
 
-    def _approaches(self) -> list[Branches]:
+    def _approaches(self) -> list[ApproachOutcomes]:
         """Return the simulation of each judged pick at the approach speed tuned for its object."""
         judged = self.judgement
         speeds = [chosen.settings["approach"] for chosen in judged.ours.chosen]
-        fold_of = folds(sorted(set(self.tables.judged.kinds)), self.tables.folds)
+        fold_of = assign_folds(sorted(set(self.tables.judged.kinds)), self.tables.folds)
         return [row for row in self.rows if row.speed == speeds[fold_of[row.pick.kind]]]
 
     def _estimates(self) -> Estimates:
@@ -291,9 +306,9 @@ class HouseholdStudy:
         )  # fmt: skip
 
     def _by_object(self) -> dict[str, ObjectErrors]:
-        """Return the errors of the estimates, drops and damage of each object, by its name."""
+        """Return the errors of estimates, drops and damage of each object, by the object's name."""
         policies = {baseline().name: self.judgement.blind, candidate().name: self.judgement.ours}
-        by_kind: dict[str, list[Branches]] = {}
+        by_kind: dict[str, list[ApproachOutcomes]] = {}
         for row in self._approaches():
             by_kind.setdefault(row.pick.kind, []).append(row)
         out = {}
@@ -304,7 +319,7 @@ class HouseholdStudy:
             outcomes = {name: policy.outcomes for name, policy in policies.items()}
             out[kind] = ObjectErrors(
                 shore_a=numbers.shore_a.value,
-                family=family(kind),
+                family=family_of(kind),
                 fragile=numbers.limit is not None,
                 n=len(rows),
                 answered=len(errors[USED]),
@@ -316,12 +331,12 @@ class HouseholdStudy:
         return out
 
 
-def _label(row: Branches) -> float:
+def _label(row: ApproachOutcomes) -> float:
     return household_named(row.pick.kind).numbers.shore_a.value
 
 
-def _errors_by_window(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return the errors of the estimates by window length in ms, Shore A.
+def _errors_by_window(rows: Sequence[ApproachOutcomes]) -> dict[str, list[float]]:
+    """Return the errors of estimates, Shore A, by window length in ms.
 
     The key ``USED`` has the errors of the estimates that policies used.
     """
@@ -343,7 +358,7 @@ def _rmse(errors: Mapping[str, Sequence[float]]) -> dict[str, float]:
     return {w: float(np.sqrt(np.mean(np.square(e)))) for w, e in errors.items() if len(e)}
 
 
-def _success(judged: Judged) -> float:
+def _success(judged: JudgedPolicy) -> float:
     outcomes = judged.outcomes
     return float(1 - np.maximum(outcomes.dropped[TUNED], outcomes.damaged[TUNED]).mean())
 
@@ -352,16 +367,16 @@ def _points(front: Front) -> FrontPoints:
     return FrontPoints(dropped=front.dropped.tolist(), damaged=front.damaged.tolist())
 
 
-def _reflexes(blind: Judged, ours: Judged, weights: Values) -> Reflexes:
+def _reflexes(blind: JudgedPolicy, ours: JudgedPolicy, weights: Values) -> Reflexes:
     return Reflexes(
-        blind=drops(blind, weights),
-        stiffness=drops(ours, weights),
-        fewer=fewer(ours, blind, weights),
+        blind=drop_share(blind, weights),
+        stiffness=drop_share(ours, weights),
+        fewer=drop_reduction(ours, blind, weights),
         success=ReflexSuccess(blind=_success(blind), stiffness=_success(ours)),
     )
 
 
-def _chosen(judged: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
+def _chosen(judged: JudgedPolicy, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
     return [
         structs.replace(one, left_out=[kind for kind, of in fold_of.items() if of == fold])
         for fold, one in enumerate(judged.chosen)
@@ -369,7 +384,7 @@ def _chosen(judged: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
 
 
 def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool) -> Path:
-    """Run a grasp study in the folder ``out``. Return the path of its report."""
+    """Run a grasp study in the folder ``out``. Return the path of the report."""
     sizes = asdict(settings)
     state = State(
         settings=sizes,

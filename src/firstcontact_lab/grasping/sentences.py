@@ -24,17 +24,20 @@ def percent(share: float) -> str:
     return any_percent(share, 0)
 
 
-def ends(number: Between, sign: bool = False) -> str:
+def interval_text(number: Between, sign: bool = False) -> str:
     form = "{:+.0f}" if sign else "{:.0f}"
     value, low, high = (form.format(100 * x + 0.0) for x in (number.value, number.low, number.high))
     return f"{value} % ({low} to {high})".replace("-", "−")
 
 
-def fewer(number: Between) -> str:
-    """Return a relative reduction as text, such as "40 % (10 to 60) fewer"; "more" if negative."""
+def reduction_text(number: Between) -> str:
+    """Return a relative reduction as text, such as "40 % (10 to 60) fewer".
+
+    A negative reduction reads "more" instead of "fewer".
+    """
     if number.value >= 0:
-        return f"{ends(number)} fewer"
-    return f"{ends(Between(value=-number.value, low=-number.high, high=-number.low))} more"
+        return f"{interval_text(number)} fewer"
+    return f"{interval_text(Between(value=-number.value, low=-number.high, high=-number.low))} more"
 
 
 def headline(household: Household) -> str:
@@ -44,9 +47,9 @@ def headline(household: Household) -> str:
     why = ": the interval includes zero" if gain.low <= 0 else ""
     doubt = ": not significant" if gain.low <= 0 <= gain.high else ""
     return (
-        f"An estimate of stiffness gives {fewer(gain)} drops{doubt}. The hand with it drops "
-        f"{percent(ours)} of the objects, the best hand without it {percent(blind)}, where both "
-        f"damage {percent(household.damage)}. The target, {percent(household.target)} with an "
+        f"An estimate of stiffness gives {reduction_text(gain)} drops{doubt}. The hand with it "
+        f"drops {percent(ours)} of the objects, the best hand without it {percent(blind)}, "
+        f"where both damage {percent(household.damage)}. The target, {percent(household.target)} with an "
         f"interval above zero, is {verdict}{why}. Each of the {household.objects} objects is "
         f"judged on {household.hands} hands, with settings tuned on other hands and on other "
         "kinds of object."
@@ -64,8 +67,8 @@ def reflex_sentence(household: Household) -> str:
     )
 
 
-def shortly(household: Household) -> str:
-    """Return sentences for the README: how much stiffness reduces drops.
+def readme_sentences(household: Household) -> str:
+    """Return sentences for the README on how much stiffness reduces drops.
 
     They state the reduction without and with a slip reflex.
     """
@@ -76,8 +79,8 @@ def shortly(household: Household) -> str:
     useful = [reflex.fewer for name, reflex in by.items() if name not in none]
     parts = [
         f"On the twin, a hand with a stiffness estimate before its second contact drops "
-        f"{fewer(gain)} of {household.objects} household objects than the best hand without one, "
-        f"at equal damage{proof}."
+        f"{reduction_text(gain)} of {household.objects} household objects than the best hand "
+        f"without one, at equal damage{proof}."
     ]
     if none:
         cases = "; ".join(none)
@@ -97,10 +100,10 @@ def sentences(household: Household) -> list[str]:
         "The intervals are bootstrap intervals over objects and hands. In each resample, the "
         f"forces of both policies are scaled until {percent(household.damage)} of the objects are "
         "damaged. Without this scaling, and with damage above this share counted as drops, the "
-        f"gain is {ends(household.fewer_drops_as_bold)}.",
+        f"gain is {interval_text(household.fewer_drops_as_bold)}.",
         "Without any scaling of forces, stiffness raises the share of closings without drop or "
-        f"damage by {ends(household.success_gain, True)}.",
+        f"damage by {interval_text(household.success_gain, True)}.",
         "As a check, each object gets the weight and the damage limit of another one, so that no "
         "gain is possible. The measured gain is "
-        f"{ends(household.controls['both_permuted'], True)}.",
+        f"{interval_text(household.controls['both_permuted'], True)}.",
     ]

@@ -1,4 +1,4 @@
-"""Table of simulated picks, with one outcome for each approach speed and grip force."""
+"""Table of simulated picks for the grasp study: outcomes by approach speed and grip force."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from firstcontact.grasp import Grip
 from firstcontact.twin.household import household_named
 from firstcontact.twin.outcome import Lift
 from firstcontact.twin.plant import GraspPlant
-from firstcontact_lab.grasping.hands import OwnHands, SlipWatch
-from firstcontact_lab.grasping.picks import LIFTS, SLIP_STEP, Pick, approached, pick_specimen
+from firstcontact_lab.grasping.hands import AdaptedHands, SlipWatch
+from firstcontact_lab.grasping.picks import LIFTS, SLIP_STEP, Pick, pick_specimen, simulate_approach
 
 Values = NDArray[np.float64]
 #: Assumed latencies of the slip detection, s.
@@ -27,8 +27,11 @@ LOT = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Branching:
-    """Approach speeds, m/s, grip forces, N, and slip boosts. All combinations are simulated."""
+class ClosingGrid:
+    """Approach speeds (m/s), grip forces (N) and slip boosts whose combinations are simulated.
+
+    A slip boost is the factor by which a slip reflex raises the grip force.
+    """
 
     speeds: tuple[float, ...]
     forces: tuple[float, ...]
@@ -36,7 +39,7 @@ class Branching:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Branches:
+class ApproachOutcomes:
     pick: Pick
     speed: float
     mass: float
@@ -51,23 +54,25 @@ class Branches:
     slip_drop: Values
 
 
-def branches(job: tuple[Pick, float], hands: OwnHands, how: Branching) -> Branches:
-    """Simulate one approach to an object, and from there one grip and lift for each grip force.
+def simulate_approach_outcomes(
+    job: tuple[Pick, float], hands: AdaptedHands, how: ClosingGrid
+) -> ApproachOutcomes:
+    """Simulate one approach to an object, and then a grip and a lift for each grip force.
 
-    ``job`` is the pick and its approach speed, m/s.
+    ``job`` is (pick, approach speed in m/s).
     """
     pick, speed = job
     specimen = pick_specimen(pick)
-    begun = approached(pick, speed, hands[pick.hand, speed])
+    begun = simulate_approach(pick, speed, hands[pick.hand, speed])
     shape = (len(LIFTS), len(DETECTION), len(how.boosts), len(how.forces))
     peak, hold = np.empty((2, len(how.forces)))
     slip_peak, slip_drop = np.full((2, *shape), np.nan)
     for place, force in enumerate(how.forces):
         plant = begun.plant.copy()
         plant.command(Grip().pressing(force))
-        _until(plant, Lift().delay)
+        _advance_until(plant, Lift().delay)
         lifted = plant.copy()
-        _until(lifted, np.inf)
+        _advance_until(lifted, np.inf)
         forces = lifted.forces
         peak[place], hold[place] = forces.max(), forces[-1].sum()
         if specimen.friction * hold[place] >= specimen.mass * GRAVITY:
@@ -76,31 +81,31 @@ def branches(job: tuple[Pick, float], hands: OwnHands, how: Branching) -> Branch
             enumerate(LIFTS.values()), enumerate(DETECTION), enumerate(how.boosts)
         ):
             again = plant.copy(lift)
-            slip_peak[a, b, c, place], slip_drop[a, b, c, place] = _reflex(
+            slip_peak[a, b, c, place], slip_drop[a, b, c, place] = _lift_with_reflex(
                 again, force, wait, boost, speed
             )
     limit = np.inf if specimen.fragility is None else specimen.fragility.scale
-    return Branches(
+    return ApproachOutcomes(
         pick, speed, specimen.mass, specimen.friction, limit, begun.estimate, begun.answers,
         begun.heard, peak, hold, slip_peak, slip_drop,
     )  # fmt: skip
 
 
-def _until(plant: GraspPlant, since: float) -> None:
-    """Advance a simulated hand to ``since`` s after its first contact, or to the closing's end."""
+def _advance_until(plant: GraspPlant, since: float) -> None:
+    """Advance a simulated closing to ``since`` s after the first contact, or to its end."""
     contacts = plant.contacts
     end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
     while not plant.ended and plant.sample < end:
         plant.move(int(min(LOT, max(end - plant.sample, 1))))
 
 
-def _reflex(
+def _lift_with_reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Lift the object, and multiply the grip force, N, by ``boost`` at each slip.
+    """Lift an object with a slip reflex. Return (largest contact force in N, True if dropped).
 
-    Return the largest contact force, N, and True if the object was dropped. ``wait`` is the latency
-    of the slip detection, s.
+    At each slip, the reflex multiplies the grip force ``force``, N, by ``boost``. It detects a slip
+    after ``wait`` s. After a slip, the hand closes with at least ``speed`` m/s.
     """
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
@@ -113,8 +118,8 @@ def _reflex(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reflexed:
-    """Indices of a slip reflex in a :class:`ClosingTable`: kind of lift, latency, and boost."""
+class ReflexIndices:
+    """Indices of a slip reflex in a :class:`ClosingTable`: type of lift, latency, and boost."""
 
     lift: int
     detection: int
@@ -131,7 +136,7 @@ class Outcomes:
 class ClosingTable:
     """Simulated forces and estimates of each pick, at all approach speeds and grip forces."""
 
-    how: Branching
+    how: ClosingGrid
     picks: tuple[Pick, ...]
     needed: Values
     limit: Values
@@ -142,8 +147,8 @@ class ClosingTable:
     slip_drop: Values
 
     @classmethod
-    def from_branches(cls, rows: Sequence[Branches], how: Branching) -> ClosingTable:
-        """Return the table from simulations of each pick at each approach speed, in any order."""
+    def from_branches(cls, rows: Sequence[ApproachOutcomes], how: ClosingGrid) -> ClosingTable:
+        """Return the table from one simulation per pick and approach speed, in any order."""
         by = {(row.speed, row.pick): row for row in rows}
         picks = tuple(sorted({row.pick for row in rows}))
         first = [by[how.speeds[0], pick] for pick in picks]
@@ -172,18 +177,20 @@ class ClosingTable:
     def shore_a(self) -> Values:
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
-    def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> ClosingTable:
+    def with_properties(
+        self, needed: Values | None = None, limit: Values | None = None
+    ) -> ClosingTable:
         return replace(
             self,
             needed=self.needed if needed is None else needed,
             limit=self.limit if limit is None else limit,
         )
 
-    def pressed(self, speed: int, forces: Values) -> tuple[Values, Values]:
-        """Return each pick's largest contact force, and final force of both fingers together, N.
+    def interpolate_forces(self, speed: int, forces: Values) -> tuple[Values, Values]:
+        """Return the largest contact force of each pick, and the final force of both fingers, N.
 
-        ``speed`` is an index, and ``forces`` are the grip forces of the picks, N. Values between
-        the simulated forces are interpolated.
+        ``speed`` is the index of an approach speed, and ``forces`` are the grip forces of the
+        picks, N. Results are interpolated between the simulated grip forces.
         """
         place, part = self._places(forces)
         rows = np.arange(len(self.picks))
@@ -195,7 +202,10 @@ class ClosingTable:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        return Outcomes(exceeds(self.needed, hold, scatter), exceeds(peak, self.limit, scatter))
+        return Outcomes(
+            exceedance_probability(self.needed, hold, scatter),
+            exceedance_probability(peak, self.limit, scatter),
+        )
 
     def _places(self, forces: Values) -> tuple[NDArray[np.intp], Values]:
         grid = np.array(self.how.forces)
@@ -204,9 +214,9 @@ class ClosingTable:
         return place, (within - grid[place]) / (grid[place + 1] - grid[place])
 
     def outcomes(
-        self, speed: int, forces: Values, reflex: Reflexed | None = None, scatter: float = 0.0
+        self, speed: int, forces: Values, reflex: ReflexIndices | None = None, scatter: float = 0.0
     ) -> Outcomes:
-        peak, hold = self.pressed(speed, forces)
+        peak, hold = self.interpolate_forces(speed, forces)
         plain = self.judge(peak, hold, scatter)
         if reflex is None:
             return plain
@@ -219,16 +229,18 @@ class ClosingTable:
         near = np.where(np.isnan(drops[rows, near]), place, near)
         slips = ~np.isnan(drops[rows, near])
         saved = slips & (drops[rows, near] < 0.5)
-        harder = exceeds(np.where(slips, peaks[rows, near], 0.0), self.limit, scatter)
+        harder = exceedance_probability(
+            np.where(slips, peaks[rows, near], 0.0), self.limit, scatter
+        )
         # The reflex presses only objects that slip harder.
         damaged = np.maximum(plain.damaged, harder * plain.dropped)
         return Outcomes(np.where(saved, 0.0, plain.dropped), damaged)
 
 
-def exceeds(one: Values, other: Values, scatter: float) -> Values:
-    """Return the probability that force ``one`` exceeds force ``other``.
+def exceedance_probability(one: Values, other: Values, scatter: float) -> Values:
+    """Return the probability that force ``one`` is larger than force ``other``.
 
-    ``scatter`` is the relative standard deviation of the forces.
+    ``scatter`` is the relative standard deviation of their random variation.
     """
     if scatter <= 0:
         return (one > other).astype(np.float64)

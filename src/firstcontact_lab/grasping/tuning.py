@@ -1,4 +1,4 @@
-"""Choice of each policy's settings by its drops and damage in the table of simulated closings."""
+"""Tuning of grasp policies: choice of settings by drops and damage in simulated closings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from firstcontact.core import Estimate
 from firstcontact.grasp import Policy
 from firstcontact_lab.grasping.picks import household_policy
 from firstcontact_lab.grasping.results import ChosenSettings
-from firstcontact_lab.grasping.table import ClosingTable, Outcomes, Reflexed, Values
+from firstcontact_lab.grasping.table import ClosingTable, Outcomes, ReflexIndices, Values
 
 #: Words for each family of similar objects: an object whose name has one of them belongs to it. An
 #: object without such a word is a family by itself.
@@ -49,23 +49,26 @@ Settings = Mapping[str, float]
 PickEstimates = Sequence[Estimate | None]
 
 
-def family(kind: str) -> str:
-    """Return the family of an object, or the object's own name if it belongs to none."""
+def family_of(kind: str) -> str:
+    """Return the family of an object, or the name of the object if it belongs to no family."""
     for words in FAMILIES:
         if any(word in kind for word in words):
             return " and ".join(words)
     return kind
 
 
-def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
-    """Return the index of the fold of each object, by its name. Similar objects share a fold."""
-    families = list(dict.fromkeys(family(kind) for kind in kinds))
-    return {str(kind): families.index(family(kind)) % count for kind in kinds}
+def assign_folds(kinds: Sequence[str], count: int) -> dict[str, int]:
+    """Return the fold of each object, as a dictionary from the object's name to an index.
+
+    Objects of one family get the same fold.
+    """
+    families = list(dict.fromkeys(family_of(kind) for kind in kinds))
+    return {str(kind): families.index(family_of(kind)) % count for kind in kinds}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of dropped and of damaged picks, one for each factor on the grip forces.
+    """Shares of dropped and of damaged picks of a policy, for each factor on the grip forces.
 
     The shape is (factors,) or (factors, resamples).
     """
@@ -100,22 +103,23 @@ def find_scale(front: Front) -> float:
     return float(SCALES[within[-1]] if within.size else SCALES[0])
 
 
-def front(outcomes: Outcomes, weights: Values | None = None) -> Front:
+def compute_front(outcomes: Outcomes, weights: Values | None = None) -> Front:
     count = np.ones(outcomes.dropped.shape[1]) if weights is None else weights
     total = count.sum(axis=0)
     return Front(outcomes.dropped @ count / total, outcomes.damaged @ count / total)
 
 
-def resampled(
+def bootstrap_weights(
     kinds: NDArray[np.str_],
     hands: NDArray[np.intp],
     groups: NDArray[np.str_],
     count: int,
     seed: int,
 ) -> Values:
-    """Return the weights of picks in ``count`` bootstrap resamples, shape (picks, ``count``).
+    """Return the weight of each pick in ``count`` bootstrap resamples, shape (picks, ``count``).
 
-    Each resample draws objects and hands again, and objects only within their group.
+    Each resample draws objects and hands at random, with replacement. Objects are drawn within
+    their group. ``kinds``, ``hands`` and ``groups`` have one entry per pick.
     """
     rng = np.random.default_rng(seed)
     weights = np.ones((len(kinds), count))
@@ -138,7 +142,11 @@ class Candidate:
 def policy_settings(
     kind: type[Policy], budget: int, few: bool, seed: int
 ) -> list[dict[str, float]]:
-    """Return all combinations of a policy's settings, or ``budget`` random ones if that is less."""
+    """Return the combinations of settings to try for a policy.
+
+    If there are more than ``budget`` combinations, return ``budget`` random ones. With ``few``,
+    each setting has only a few values.
+    """
     values = [t.few if few else t.tried for t in kind.tunables.values()]
     sizes = [len(v) for v in values]
     total = int(np.prod(sizes))
@@ -164,11 +172,11 @@ def policy_forces(
     return forces
 
 
-def speed_place(table: ClosingTable, settings: Settings) -> int:
+def approach_speed_index(table: ClosingTable, settings: Settings) -> int:
     return table.how.speeds.index(settings["approach"])
 
 
-def swept(
+def policy_outcomes(
     kind: type[Policy],
     settings: Settings,
     table: ClosingTable,
@@ -176,23 +184,24 @@ def swept(
     reflex: tuple[int, int] | None = None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return the drops and damage of a policy, shape (factors, picks), for factors on its forces.
+    """Return the drops and damage of a policy for each factor of ``SCALES`` on its forces.
 
-    ``estimates`` has a list per approach speed. ``reflex`` holds the indices of the lift and of the
-    latency.
+    The arrays have the shape (factors, picks). ``estimates`` has one list per approach speed.
+    ``reflex`` is (lift, latency): indices into ``LIFTS`` and ``DETECTION``. ``scatter`` is the
+    relative standard deviation of the forces.
     """
-    speed = speed_place(table, settings)
+    speed = approach_speed_index(table, settings)
     forces = policy_forces(kind, settings, table, estimates[speed]) * settings.get("scale", 1.0)
     acting = None
     if reflex is not None and kind.has_reflex():
-        acting = Reflexed(*reflex, table.how.boosts.index(settings["boost"]))
+        acting = ReflexIndices(*reflex, table.how.boosts.index(settings["boost"]))
     return table.outcomes(speed, SCALES[:, None] * forces, acting, scatter)
 
 
-def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> ChosenSettings:
+def choose_settings(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> ChosenSettings:
     """Return the settings that drop the fewest ``selected`` picks at about 10 % damage."""
     weights = selected.astype(np.float64)
-    fronts = [front(c.outcomes, weights) for c in tried]
+    fronts = [compute_front(c.outcomes, weights) for c in tried]
     worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]
     best = int(np.argmin(worth))
     chosen = fronts[best]

@@ -15,7 +15,7 @@ from firstcontact_lab.grasping.page import (
     household_tables,
 )
 from firstcontact_lab.grasping.results import Between, Household
-from firstcontact_lab.grasping.sentences import sentences, shortly
+from firstcontact_lab.grasping.sentences import readme_sentences, sentences
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.page import State, render
 from firstcontact_lab.study.page import read_study
@@ -60,7 +60,7 @@ def test_the_target_is_met_where_the_gain_is_large_and_no_chance(
     gain = Between(value=value, low=low, high=0.9)
     changed = replace(household, fewer_drops_than_blind=gain)
     assert changed.met == met
-    assert ("interval" in shortly(changed).split(".")[0]) == (low < 0)
+    assert ("interval" in readme_sentences(changed).split(".")[0]) == (low < 0)
 
 
 def test_figures_are_drawn_from_the_results(household: Household, tmp_path: Path) -> None:

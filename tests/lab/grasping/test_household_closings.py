@@ -8,21 +8,26 @@ import pytest
 
 from firstcontact.core import Block, Contact, Estimate, Finger
 from firstcontact.streaming import ContactEvent, ContactWithdrawn, Event, Pipeline
-from firstcontact_lab.grasping.hands import OwnHand, SlipWatch, own_hand
-from firstcontact_lab.grasping.picks import FullJob, Pick, approached, full_closing
-from firstcontact_lab.grasping.table import Branching, branches
+from firstcontact_lab.grasping.hands import AdaptedHand, SlipWatch, adapt_to_hand
+from firstcontact_lab.grasping.picks import (
+    FullPickJob,
+    Pick,
+    simulate_approach,
+    simulate_full_closing,
+)
+from firstcontact_lab.grasping.table import ClosingGrid, simulate_approach_outcomes
 
-HOW = Branching((0.10,), (1.0, 3.0), (2.0,))
+HOW = ClosingGrid((0.10,), (1.0, 3.0), (2.0,))
 HAND = 4711
 
 
 @pytest.fixture(scope="module")
-def hands_by_pick() -> dict[tuple[int, float], OwnHand]:
-    return {(HAND, 0.10): own_hand((HAND, 0.10), 6)}
+def hands_by_pick() -> dict[tuple[int, float], AdaptedHand]:
+    return {(HAND, 0.10): adapt_to_hand((HAND, 0.10), 6)}
 
 
 def test_a_hand_knows_itself_by_its_own_blocks(
-    hands_by_pick: dict[tuple[int, float], OwnHand],
+    hands_by_pick: dict[tuple[int, float], AdaptedHand],
 ) -> None:
     entry = hands_by_pick[HAND, 0.10]
     assert entry.pinches == 30
@@ -32,12 +37,12 @@ def test_a_hand_knows_itself_by_its_own_blocks(
 
 @pytest.mark.parametrize("kind", ["raspberry", "soup can"])
 def test_a_policy_in_the_loop_ends_as_the_table_says(
-    kind: str, hands_by_pick: dict[tuple[int, float], OwnHand]
+    kind: str, hands_by_pick: dict[tuple[int, float], AdaptedHand]
 ) -> None:
     pick = Pick(kind, HAND, 2)
-    row = branches((pick, 0.10), hands_by_pick, HOW)
+    row = simulate_approach_outcomes((pick, 0.10), hands_by_pick, HOW)
     settings = {"force": 3.0, "approach": 0.10}
-    computed = full_closing(FullJob(pick, "blind", settings), hands_by_pick)
+    computed = simulate_full_closing(FullPickJob(pick, "blind", settings), hands_by_pick)
     assert computed.damaged == bool(row.peak[1] > row.limit)
     if not computed.damaged:
         assert computed.largest == pytest.approx(row.peak[1], abs=1e-9)
@@ -46,9 +51,9 @@ def test_a_policy_in_the_loop_ends_as_the_table_says(
 
 
 def test_the_estimate_is_one_from_before_the_second_contact(
-    hands_by_pick: dict[tuple[int, float], OwnHand],
+    hands_by_pick: dict[tuple[int, float], AdaptedHand],
 ) -> None:
-    begun = approached(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
+    begun = simulate_approach(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
     assert begun.heard >= begun.offset - 0.002
     assert all(a.elapsed <= begun.offset + 0.002 for a in begun.answers)
     if begun.estimate is not None:
@@ -56,7 +61,7 @@ def test_the_estimate_is_one_from_before_the_second_contact(
 
 
 def test_estimates_of_a_withdrawn_contact_are_left_out(
-    hands_by_pick: dict[tuple[int, float], OwnHand], monkeypatch: pytest.MonkeyPatch
+    hands_by_pick: dict[tuple[int, float], AdaptedHand], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     false = Contact(Finger.INDEX, 448, 450)
     guess = Estimate(
@@ -77,7 +82,7 @@ def test_estimates_of_a_withdrawn_contact_are_left_out(
             yield from super().update(block, host)
 
     monkeypatch.setattr("firstcontact_lab.grasping.picks.Pipeline", Clicking)
-    begun = approached(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
+    begun = simulate_approach(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
     assert begun.offset is not None
     assert begun.heard == pytest.approx(begun.offset, abs=0.01)
     assert begun.answers
@@ -85,9 +90,9 @@ def test_estimates_of_a_withdrawn_contact_are_left_out(
 
 
 def test_a_declared_slip_is_told_its_latency_late_and_again(
-    hands_by_pick: dict[tuple[int, float], OwnHand],
+    hands_by_pick: dict[tuple[int, float], AdaptedHand],
 ) -> None:
-    plant = approached(Pick("soup can", HAND, 1), 0.10, hands_by_pick[HAND, 0.10]).plant
+    plant = simulate_approach(Pick("soup can", HAND, 1), 0.10, hands_by_pick[HAND, 0.10]).plant
     watch, predictions = SlipWatch(0.05), []
     while not plant.ended:
         plant.advance(5)

@@ -5,9 +5,15 @@ import numpy as np
 from firstcontact.core.physics import GRAVITY
 from firstcontact.testing import make_estimate
 from firstcontact_lab.grasping.picks import Pick
-from firstcontact_lab.grasping.table import DETECTION, LIFTS, Branches, Branching, ClosingTable
+from firstcontact_lab.grasping.table import (
+    DETECTION,
+    LIFTS,
+    ApproachOutcomes,
+    ClosingGrid,
+    ClosingTable,
+)
 
-HOW = Branching((0.10,), (1.0, 2.0, 4.0, 8.0), (2.0,))
+HOW = ClosingGrid((0.10,), (1.0, 2.0, 4.0, 8.0), (2.0,))
 #: Kind, force that just holds it, N, and force that damages it, N.
 THINGS = {
     "raspberry": (0.1, 3.0), "silken tofu, 4 cm cube": (0.5, 3.0), "sponge, dry": (0.3, np.inf),
@@ -17,14 +23,14 @@ THINGS = {
 SHORE = {"raspberry": 5.0, "silken tofu, 4 cm cube": 3.0, "sponge, dry": 3.0}
 
 
-def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
+def branch(kind: str, hand: int, specimen: int = 1) -> ApproachOutcomes:
     """Return a pick with each final force. The hand obeys commands; its reflex holds with 9 N."""
     holds, limit = THINGS[kind]
     forces = np.array(HOW.forces)
     slips = forces < holds
     shape = (len(LIFTS), len(DETECTION), 1, len(forces))
     shore = SHORE.get(kind, 75.0)
-    return Branches(
+    return ApproachOutcomes(
         Pick(kind, hand, specimen), 0.10, 2 * holds * 0.5 / GRAVITY, 0.5, limit,
         make_estimate(shore, shore - 5, shore + 5, 0.01), (), 0.02,
         forces, 2 * forces,

@@ -1,9 +1,10 @@
 """Random simulated rigs and objects, to pre-train a network that suits any rig.
 
-Their distribution is wide, and is centred on a hand that differs from the twin's. The limits of the
-distribution come from mechanics and electronics. No limit was tuned on a score. Each of the
-:data:`FAMILIES` differs from these rigs or objects in its structure, not only in random numbers.
-Networks are tested on the families, but never trained on them.
+A rig is a hand with its sensors and closing speed. The distribution of rigs is wide, and its centre
+differs from the twin. The limits of the distribution come from mechanics and electronics. No limit
+was tuned on a score. Each of the :data:`FAMILIES` differs from these rigs or objects in its
+structure, not only in random numbers. Networks are tested on the families, but never trained on
+them.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Resonance:
-    """Ringing of the part that holds the piezo disc: frequency in Hz, damping ratio, strength."""
+    """Ringing of the part that holds the piezo disc: frequency (Hz), damping ratio and strength."""
 
     frequency: float
     damping: float
@@ -148,16 +149,16 @@ Day = Mapping[str, float]
 
 
 def draw_rig(rng: Rng) -> RandomRig:
-    """Draw a simulated hand, whose gain puts the signals of hard blocks into a usual range."""
+    """Return a random simulated hand. Its gain suits the signals of hard blocks."""
     finger = MIDDLE._replace(
         **{name: getattr(MIDDLE, name) * _lognormal(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
     if rng.random() < BACK:
         back = confinement(finger.pad_modulus, float(rng.uniform(2e-3, 4e-3)))
         finger = finger._replace(pad_confinement=back * float(rng.uniform(0.3, 1.0)))
-        finger = _padded(finger, _between(rng, *BACKED))
+        finger = _scale_pad(finger, _between(rng, *BACKED))
     else:
-        finger = _padded(finger, _between(rng, *DIMPLED))
+        finger = _scale_pad(finger, _between(rng, *DIMPLED))
     m = MotorNoise()
     loud = _lognormal(rng, 0.3)
     noise = replace(
@@ -186,14 +187,11 @@ def draw_rig(rng: Rng) -> RandomRig:
         finger, noise, {name: repeats * sd for name, sd in SESSION_SPREAD.items()}, pinch,
         BLOCK_SCATTER * rng.uniform(0.5, 1.6), resonance, _between(rng, 1e-6, 1e-5),
     )  # fmt: skip
-    return adjusted(rig, rng)
+    return with_random_gain(rig, rng)
 
 
-def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig with a random gain.
-
-    The peak of a hard block then lies in the range ``PEAK``.
-    """
+def with_random_gain(rig: RandomRig, rng: Rng) -> RandomRig:
+    """Return the rig with a random gain, so that the peak of a hard block lies within ``PEAK``."""
     quiet = replace(
         rig,
         finger=rig.finger._replace(gain=1.0),
@@ -206,19 +204,24 @@ def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def draw_day(rng: Rng) -> Day:
-    """Draw the deviation of each parameter of a rig in one session, in standard deviations."""
+    """Return random deviations of the rig's parameters in one session, in standard deviations."""
     return {name: float(rng.standard_normal()) for name in SESSION_SPREAD}
 
 
 def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
-    """Draw a flat block. ``scatter`` is the standard deviation of the logarithm of its modulus."""
+    """Return a random flat block of hardness ``shore_a``.
+
+    ``scatter`` is the standard deviation of the logarithm of the block's modulus.
+    """
     side, height = _between(rng, 0.04, 0.10), _between(rng, 0.02, 0.06)
     block = _block(
         shore_a, side, height, float(rng.uniform(1000, 1300)), float(rng.uniform(0.05, 0.2))
     )
     block = block._replace(clamp_stiffness=_between(rng, 30, 400))
     block = block._replace(slow_share=float(rng.uniform(0.0, BLOCK_SLOW)))
-    return RandomObject(shore_a, _material(rng, block).stiffened(_scattered(rng, scatter)))
+    return RandomObject(
+        shore_a, _with_random_relaxation(rng, block).stiffened(_scattered(rng, scatter))
+    )
 
 
 def draw_object(rng: Rng) -> RandomObject:
@@ -251,13 +254,15 @@ def draw_object(rng: Rng) -> RandomObject:
         face_mass=max(target.face_mass, 0.004),
     )  # fmt: skip
     scatter = float(rng.uniform(*SCATTER))
-    return RandomObject(shore_a, _material(rng, target).stiffened(_scattered(rng, scatter)))
+    return RandomObject(
+        shore_a, _with_random_relaxation(rng, target).stiffened(_scattered(rng, scatter))
+    )
 
 
 def touch(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
-    """Simulate one contact. Return its signal in 1/32 ADC counts, and the closing speed, m/s.
+    """Simulate one contact. Return (signal in 1/32 ADC counts, closing speed in m/s).
 
     The signal begins ``lead`` s before the contact and ends ``tail`` s after it.
     """
@@ -273,7 +278,7 @@ def touch_volts(
 
     f = rig.finger
     speed = factor("speed")
-    finger = _padded(f, factor("pad_stiffness"))._replace(
+    finger = _scale_pad(f, factor("pad_stiffness"))._replace(
         speed=f.speed * speed,
         **{
             name: getattr(f, name) * factor(name)
@@ -303,7 +308,7 @@ def _scattered(rng: Rng, scatter: float) -> float:
     return math.exp(scatter * float(np.clip(rng.standard_normal(), -2.5, 2.5)))
 
 
-def _padded(finger: FingerParameters, factor: float) -> FingerParameters:
+def _scale_pad(finger: FingerParameters, factor: float) -> FingerParameters:
     """Return the finger with the stiffness and damping of its pad multiplied by ``factor``."""
     return finger._replace(**{name: getattr(finger, name) * factor for name in PAD})
 
@@ -315,8 +320,8 @@ def _block(
     return ObjectParameters.solid(shore_a, side * side * height * density, bulk, loss, slow)
 
 
-def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object with random time constants and strengths of its relaxation."""
+def _with_random_relaxation(rng: Rng, target: ObjectParameters) -> ObjectParameters:
+    """Return the object with random time constants and strengths of its material's relaxation."""
     return target._replace(
         arm_share=target.arm_share * _between(rng, 0.75, 1.33),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),
@@ -333,14 +338,14 @@ class Family:
 
 def _linear_pad(rig: RandomRig, rng: Rng) -> RandomRig:
     finger = rig.finger._replace(pad_stiffening=0.0, pad_arm_stiffness=0.0)
-    return adjusted(replace(rig, finger=finger), rng)
+    return with_random_gain(replace(rig, finger=finger), rng)
 
 
 def _duller_sensor(rig: RandomRig, rng: Rng) -> RandomRig:
     # A second resonance of the board, high and lightly damped, behind a slow buffer amplifier.
     resonance = Resonance(float(rng.uniform(1500, 2300)), 0.02, float(rng.uniform(0.8, 1.5)))
     finger = rig.finger._replace(buffer_cutoff=float(rng.uniform(400, 700)))
-    return adjusted(replace(rig, finger=finger, resonance=resonance), rng)
+    return with_random_gain(replace(rig, finger=finger, resonance=resonance), rng)
 
 
 def _silent_motor(rig: RandomRig, rng: Rng) -> RandomRig:
@@ -349,7 +354,7 @@ def _silent_motor(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def _slow_closing(rig: RandomRig, rng: Rng) -> RandomRig:
-    return adjusted(
+    return with_random_gain(
         replace(rig, finger=rig.finger._replace(speed=float(rng.uniform(0.02, 0.04)))), rng
     )
 

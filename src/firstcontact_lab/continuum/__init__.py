@@ -1,1 +1,1 @@
-"""Finite-element simulations of a finger that touches an object. They check the simpler twin."""
+"""Finite-element simulations of a finger that touches an object, to check the simpler twin."""

@@ -67,10 +67,11 @@ class Body:
 
     @cached_property
     def _slopes(self) -> tuple[Values, Values]:
-        """Return the strains of each element per node displacement, and its 4 point volumes, m³.
+        """Return the strains of each element per node displacement, and the volumes of elements.
 
-        The strains, shape (elements, 4 integration points, 4 strains, 8 displacements), are radial,
-        axial, hoop and shear. The volumes have the shape (elements, 4).
+        The strains are radial, axial, hoop and shear, shape (elements, 4 integration points, 4
+        strains, 8 displacements). The volumes, m³, are those of the integration points, shape
+        (elements, 4).
         """
         corners = self.nodes[self.quads]
         x, y = _POINTS.T[:, :, None]
@@ -89,7 +90,7 @@ class Body:
 
     @cached_property
     def stiffness(self) -> tuple[csr_matrix, csr_matrix]:
-        """Two stiffness matrices, N/m: for changes of volume, and for shear after relaxation.
+        """Stiffness matrices, N/m: (for changes of volume, for shear after relaxation).
 
         Rows and columns are the displacements r and z of node 0, then those of node 1, and so on.
         """
@@ -125,14 +126,14 @@ class Body:
 
     @property
     def size(self) -> float:
-        """Distance between the first two nodes of the touched face, m: the mesh size."""
+        """Distance between the first two nodes of the touched face, m."""
         return float(self.nodes[self.surface[1], 0])
 
     def back(self) -> tuple[Indices, Values]:
-        """Return (displacement indices, area shares) of the nodes on the far face.
+        """(displacement indices, area shares) of the nodes on the face opposite to the touched one.
 
-        This face lies opposite to the touched one. Each index is that of a node's displacement in
-        height, in a vector of all displacements. The shares add up to 1.
+        An index is that of a node's displacement in height, in a vector of all displacements. The
+        shares add up to 1.
         """
         nodes = np.flatnonzero(self.nodes[:, 1] > self.nodes[:, 1].max() - 1e-9)
         areas = _ring_areas(self.nodes[nodes, 0])
@@ -140,7 +141,7 @@ class Body:
 
 
 def _ring_areas(radii: Values) -> Values:
-    """Return each node's share of a flat round face, m², from the nodes' radii, m."""
+    """Return the share of each node in the area of a flat round face, m². ``radii`` are in m."""
     inner, outer = radii[:-1], radii[1:]
     width = math.pi * (outer - inner) / 3
     areas = np.zeros(radii.size)
@@ -149,8 +150,11 @@ def _ring_areas(radii: Values) -> Values:
     return areas
 
 
-def graded(length: float, size: float = SIZE, near: float = NEAR) -> Values:
-    """Return node positions, m, from 0 to ``length``: ``size`` apart up to ``near``, then wider."""
+def graded_positions(length: float, size: float = SIZE, near: float = NEAR) -> Values:
+    """Return node positions, m, from 0 to ``length``.
+
+    They are ``size`` m apart up to ``near`` m, and then increasingly farther apart.
+    """
     steps = [size] * round(min(near, length) / size)
     while sum(steps) < length:
         steps.append(steps[-1] * GROWTH)
@@ -159,7 +163,10 @@ def graded(length: float, size: float = SIZE, near: float = NEAR) -> Values:
 
 
 def _grid(r: Values, z: Values, material: Material) -> Body:
-    """Return a body whose nodes form a grid of radii and heights, m. Row 0 is the touched face."""
+    """Return a body whose nodes form a grid of the radii ``r`` and the heights ``z``, m.
+
+    The finger touches row 0.
+    """
     number = np.arange(r.size).reshape(r.shape)
     quads = np.stack(
         [number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1
@@ -169,15 +176,21 @@ def _grid(r: Values, z: Values, material: Material) -> Body:
 
 
 def cylinder(radius: float, length: float, material: Material, size: float = SIZE) -> Body:
-    """Return the mesh of a cylinder, in m. It is touched in the middle of its flat face."""
-    r, z = np.meshgrid(graded(radius, size), graded(length, size, NEAR / 2))
+    """Return the mesh of a cylinder that is touched in the middle of its flat face.
+
+    ``radius``, ``length`` and the mesh size ``size`` are in m.
+    """
+    r, z = np.meshgrid(graded_positions(radius, size), graded_positions(length, size, NEAR / 2))
     return _grid(r, z, material)
 
 
 def sphere(radius: float, material: Material, size: float = SIZE) -> Body:
-    """Return the mesh of a solid sphere, made by bending the sides of a square mesh to a circle."""
-    across = graded(1.0, size * math.sqrt(2) / radius, NEAR * math.sqrt(2) / radius)
-    along = graded(2.0, size / radius, NEAR / 2 / radius)
+    """Return the mesh of a solid sphere. ``radius`` and the mesh size ``size`` are in m.
+
+    The sides of a square mesh are bent to a circle.
+    """
+    across = graded_positions(1.0, size * math.sqrt(2) / radius, NEAR * math.sqrt(2) / radius)
+    along = graded_positions(2.0, size / radius, NEAR / 2 / radius)
     u, v = np.meshgrid(across, along - 1)
     # Rows that are fine at the contact become equally thick, where the corners shear them.
     v = (1 - u**2) * v + u**2 * np.linspace(-1, 1, along.size)[:, None]
@@ -193,6 +206,8 @@ def sphere(radius: float, material: Material, size: float = SIZE) -> Body:
 
 def shell(radius: float, wall: float, material: Material, size: float = SIZE) -> Body:
     """Return the mesh of a hollow sphere with outer ``radius`` and thickness ``wall``, m."""
-    angle, depth = np.meshgrid(graded(math.pi, size / radius, NEAR / radius), graded(wall, size))
+    angle, depth = np.meshgrid(
+        graded_positions(math.pi, size / radius, NEAR / radius), graded_positions(wall, size)
+    )
     r = (radius - depth) * np.abs(np.sin(angle))
     return _grid(r, radius - (radius - depth) * np.cos(angle), material)

@@ -1,4 +1,4 @@
-"""Comparison of the same touch, simulated by the twin and by finite elements."""
+"""Comparison of a simulated touch by the twin with the same touch by finite elements."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ WALL = 6.5e-3
 
 @dataclass(frozen=True)
 class Comparison:
-    """Voltages of a touch by the twin and by finite elements, over the time since the contact."""
+    """Piezo voltages of one touch by the twin and by finite elements, from the contact on."""
 
     times: Values
     twin: Values
@@ -41,27 +41,27 @@ class Comparison:
 
     @property
     def peak(self) -> float:
-        """Relative difference of the twin's peak voltage from that of the elements."""
+        """Relative difference of the twin's peak voltage from that of the finite elements."""
         return float(self.twin.max() / self.elements.max()) - 1
 
     @property
     def rms(self) -> float:
-        """RMS of the difference of both voltages, relative to the RMS of the elements' voltage."""
+        """RMS of the voltage difference, relative to the RMS of the finite elements' voltage."""
         difference = np.linalg.norm(self.twin - self.elements)
         return float(difference / np.linalg.norm(self.elements))
 
     @property
     def rms_of_peak(self) -> float:
-        """RMS of the difference of both voltages, relative to the peak of the elements' voltage."""
+        """RMS of the voltage difference, relative to the peak of the finite elements' voltage."""
         difference = np.sqrt(np.mean((self.twin - self.elements) ** 2))
         return float(difference / self.elements.max())
 
 
 def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = False) -> Comparison:
-    """Simulate the touch of a finger on the object ``kind`` with the twin and with finite elements.
+    """Simulate a touch of the object ``kind`` with the twin and with finite elements.
 
-    In the finite elements, the fingertip is the soft pad on its dimples. With ``is_rigid`` it is a
-    rigid sphere in front of the pad, and the pad is a single spring as in the twin.
+    In the finite elements, the fingertip is a soft pad that stands on dimples. With ``is_rigid`` it
+    is a rigid sphere in front of a single spring, as in the twin.
     """
     if is_rigid:
         finger = finger._replace(pad_modulus=1e15)
@@ -93,9 +93,9 @@ def object_body(kind: TwinObject, size: float = SIZE) -> Body:
 
 
 def pad_body(finger: FingerParameters, size: float = SIZE) -> Body:
-    """Return the mesh of a finger's pad: a disc of the same area and thickness.
+    """Return the mesh of a finger's pad: a disc with the pad's area and thickness.
 
-    The material relaxes at the pad's time constant, and by the same share as a silicone block.
+    The disc relaxes at the pad's time constant, and by the same share as a silicone block.
     """
     arms = ((ObjectParameters().arm_share, finger.pad_relaxation),)
     material = Material(SILICONE, finger.pad_modulus, arms)
@@ -103,17 +103,16 @@ def pad_body(finger: FingerParameters, size: float = SIZE) -> Body:
 
 
 def whole_pad(finger: FingerParameters) -> FingerParameters:
-    """Return the finger with the stiffness of all dimples of its pad, not only of those touched."""
+    """Return the finger with the stiffness of all dimples of the pad, touched or not."""
     names = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
     factor = ON_DIMPLES / finger.pad_stiffness
     return finger._replace(**{name: factor * getattr(finger, name) for name in names})
 
 
 def twin_touch(target: ObjectParameters, finger: FingerParameters, times: Values) -> Values:
-    """Return the twin's piezo voltage, V, at ``times`` s after the contact with a free object.
+    """Return the piezo voltage by the twin, V, without noise, for a touch of a free object.
 
-    The voltage is without noise. The object's relaxation is that of its contact
-    (:func:`contact_arms`).
+    ``times`` are in s after the contact. The object relaxes as in :func:`contact_arms`.
     """
     target = target._replace(clamp_stiffness=0.0, clamp_damping=0.0)
     state = np.zeros(STATES)

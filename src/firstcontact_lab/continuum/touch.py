@@ -1,8 +1,9 @@
 """Simulation of a finger that touches a body of finite elements, in explicit time steps.
 
-A stiff spring acts on nodes that overlap (penalty method). The finger has the twin's parts from
-the motor to the board, and its sensor. Its tip is a rigid sphere in front of the twin's pad, or a
-second body for the pad. The back of that body stands on dimples, which are spread over the board.
+A stiff spring acts on nodes that overlap (penalty method). From the motor to the board, the finger
+consists of the twin's parts and sensor. The tip is either a rigid sphere in front of the twin's
+pad, or a second body of finite elements. The back of this body stands on dimples that are spread
+over the board.
 """
 
 from __future__ import annotations
@@ -28,10 +29,7 @@ SAFETY, CALMING = 0.75, 0.15
 
 @dataclass(frozen=True)
 class Touch:
-    """Forces, motion and piezo voltage of a simulated touch, over the time since the contact.
-
-    All numbers are in SI units.
-    """
+    """Forces, motion and piezo voltage of a simulated touch, from the contact on, in SI units."""
 
     times: Values
     volts: Values
@@ -52,7 +50,7 @@ class _Chain:
         self.leaked = self.volts = 0.0
 
     def advance(self, pad: float) -> None:
-        """Advance by one time step. ``pad`` is the force of the pad on the board, N."""
+        """Simulate one time step. ``pad`` is the force of the pad on the board, N."""
         f, dt = self.finger, self.dt
         motor = min(max(f.speed_gain * (f.speed - self.drive_v), -f.drive_force), f.drive_force)
         link = f.link_stiffness * (self.drive - self.phalanx)
@@ -71,7 +69,7 @@ class _Chain:
 
 
 class _Pad:
-    """Pad of the twin as springs and dampers in parallel, one for each point of its back."""
+    """Pad of the twin: one spring and damper in parallel for each point of its back."""
 
     def __init__(self, finger: FingerParameters, shares: Values, dt: float) -> None:
         self.finger, self.shares, self.dt = finger, shares, dt
@@ -79,9 +77,9 @@ class _Pad:
         self._keep = math.exp(-dt / finger.pad_relaxation)
 
     def forces(self, squeeze: Values, rate: Values) -> Values:
-        """Advance by one time step. Return the force of each point on the board, N.
+        """Simulate one time step. Return the force of each point of the pad on the board, N.
 
-        ``squeeze`` is the compression at each point, m, and ``rate`` its speed, m/s.
+        ``squeeze`` is the compression at each point, m, and ``rate`` is its rate, m/s.
         """
         f = self.finger
         slow = (f.pad_stiffness + f.pad_stiffening * squeeze * squeeze) * squeeze
@@ -91,7 +89,7 @@ class _Pad:
 
 
 class _Motion:
-    """Displacements and speeds of all nodes of a body, advanced in time steps.
+    """Displacements and speeds of all nodes of a body over time.
 
     Springs in series with dampers (Maxwell arms) model the relaxation. Their elongation is linear
     in the displacements, so one vector over the nodes holds it for all elements.
@@ -139,7 +137,10 @@ class _Motion:
             self._relaxing += share * arm
 
     def energy(self, dt: float) -> float:
-        """Return the kinetic and elastic energy in the middle of the last step of ``dt`` s, J."""
+        """Return the kinetic and elastic energy in the middle of the last time step, J.
+
+        ``dt`` is the length of the step, s.
+        """
         moved = self._moved - dt / 2 * self.speed
         stored = moved @ (self._elastic @ moved) + self._masses @ self.speed**2
         relaxing = sum(share * (arm @ (self._shear @ arm)) for share, _, arm in self._arms)

@@ -1,4 +1,4 @@
-"""Comparison of the twin with touches that other software simulated, read from a file.
+"""Comparison of the twin with touches that other software simulated, read from an NPZ file.
 
 ``docs/explanation/study-protocol.md`` states the format and the finger of these files.
 """
@@ -61,7 +61,7 @@ def compare_file(path: Path) -> dict[str, Comparison]:
 
 
 def _compare(origin: str, name: str, arrays: Mapping[str, np.ndarray]) -> Comparison:
-    finger, target = touching(origin, name)
+    finger, target = parse_touch_name(origin, name)
     times, volts = (arrays.get(f"{name}/{key}", np.zeros(0)) for key in ("t", "volts"))
     is_right = times.ndim == 1 and times.shape == volts.shape and times.size > 1
     if not (is_right and np.isfinite(volts).all() and volts.max() > 0):
@@ -73,11 +73,11 @@ def _compare(origin: str, name: str, arrays: Mapping[str, np.ndarray]) -> Compar
     return Comparison(times, twin, volts)
 
 
-def touching(origin: str, name: str) -> tuple[FingerParameters, ObjectParameters]:
-    """Return the finger and the object of a touch named ``SHAPE-SHORE-TIP-LAW-STRAIN``.
+def parse_touch_name(origin: str, name: str) -> tuple[FingerParameters, ObjectParameters]:
+    """Return the finger and the object of a touch, from its name ``SHAPE-SHORE-TIP-LAW-STRAIN``.
 
     The object relaxes as a whole contact does, because the pad in such a file relaxes like the
-    object. ``origin`` starts the message of the FileError for a wrong name.
+    object. Raise FileError for a wrong name. Its message begins with ``origin``.
     """
     parts = name.split("-")
     if len(parts) != 5 or not (parts[1].isdigit() and 0 < int(parts[1]) < 100):

@@ -49,9 +49,9 @@ def headline(household: Household) -> str:
     return (
         f"An estimate of stiffness gives {reduction_text(gain)} drops{doubt}. The hand with it "
         f"drops {percent(ours)} of the objects, the best hand without it {percent(blind)}, "
-        f"where both damage {percent(household.damage)}. The target, {percent(household.target)} with an "
-        f"interval above zero, is {verdict}{why}. Each of the {household.objects} objects is "
-        f"judged on {household.hands} hands, with settings tuned on other hands and on other "
+        f"where both damage {percent(household.damage)}. The target, {percent(household.target)} "
+        f"with an interval above zero, is {verdict}{why}. Each of the {household.objects} objects "
+        f"is judged on {household.hands} hands, with settings tuned on other hands and on other "
         "kinds of object."
     )
 

@@ -1,4 +1,4 @@
-"""Results, tables and figures of a study by dataset, and the content of ``results.json``."""
+"""Results, figures and omitted measurements of a study, by dataset, for its report."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PartResult:
 
     @property
     def results(self) -> SubjectResults:
-        """Results that this part of a study measured, without those of other parts."""
+        """Results that this part of a study measured, without results of other parts."""
         return NOTHING.replace(self.entries) if self.entries else NOTHING
 
 

@@ -45,7 +45,10 @@ def competitor_title(name: str) -> str:
 
 
 def estimator(name: str) -> Appearance:
-    """Return title and colour of an estimator. The name is the title if it is not installed."""
+    """Return the title and colour of an estimator in reports.
+
+    For an estimator that is not installed, ``name`` is the title.
+    """
     return _appearance(ESTIMATORS, name)
 
 
@@ -65,7 +68,10 @@ def _appearance(registry: Registry[Any], name: str) -> Appearance:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the names in ``scored`` in the order of reports. Baselines need ``baselines=True``."""
+    """Return the estimators in ``scored`` in the order of reports.
+
+    Baselines are left out, unless ``baselines`` is True.
+    """
     names = set(scored)
     ours = [name for name in ESTIMATORS.builtin_names if name in names]
     return [
@@ -84,5 +90,5 @@ def detectors(scored: Container[str]) -> list[str]:
     return [name for name in DETECTORS.names if name in scored]
 
 
-def learned(detector_name: str | None) -> bool:
+def is_trained_detector(detector_name: str | None) -> bool:
     return detector_name in DETECTORS and DETECTORS[str(detector_name)].learns

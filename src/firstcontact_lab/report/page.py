@@ -1,4 +1,4 @@
-"""Page of a report: one HTML file that needs no other file."""
+"""HTML page of a report: one file, which needs no other file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from firstcontact_lab.report.findings import (
     StudyRun,
 )
 from firstcontact_lab.report.results import NOTHING
-from firstcontact_lab.report.tables import Table, beside
+from firstcontact_lab.report.tables import Table, join_side_by_side
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -39,7 +39,7 @@ _HALF = 8
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """Progress and results of a running study, and the function that makes its page."""
+    """Progress and results of a running study, and the function that makes its report page."""
 
     settings: Mapping[str, Any]
     options: Mapping[str, Any]
@@ -62,7 +62,7 @@ class State:
 
     @property
     def seconds(self) -> float:
-        """Time since the study began, s, on this computer's clock."""
+        """Time since the study began, s, by this computer's clock."""
         return time.monotonic() - self.began
 
     @property
@@ -124,7 +124,10 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """Content of a report page. A study sets the first fields, and :func:`render` the others."""
+    """Content of a report page.
+
+    A study sets the first fields, and :func:`render` sets the other fields.
+    """
 
     title: str
     heading: str
@@ -143,7 +146,7 @@ class Page:
     versions: Mapping[str, str] | None = None
 
     def html(self) -> str:
-        r"""Return the page in HTML. Control characters are shown as text such as ``\u001b``."""
+        r"""Return the page as HTML. Control characters are shown as text such as ``\u001b``."""
         # Names of files, recordings and plug-ins need be neither UTF-8 nor free of escapes.
         return sanitize(_template().render(page=self))
 
@@ -203,13 +206,13 @@ def _section(
         part.title,
         part.text(subjects),
         figures=drawn or lead,
-        table=beside(first, part.columns) if first else None,
+        table=join_side_by_side(first, part.columns) if first else None,
         details=[column for column in details if column.tables or column.figures],
     )
 
 
 def _notice(state: State) -> tuple[str, str] | None:
-    """Return (title, details) on the progress of an unfinished study; None for a finished one."""
+    """Return (title, details) on the progress of an unfinished study, or None if it is finished."""
     if not state.pending:
         return None
     pending = "; ".join(state.pending)

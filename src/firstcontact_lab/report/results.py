@@ -1,4 +1,4 @@
-"""Results of a study by dataset (subject), and their file ``results.json``."""
+"""Results of a study, by dataset (subject), and their file ``results.json``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FIELDS: dict[str, Field[Any]] = {}
 
 
 class Field(Generic[K]):
-    """Key of ``results.json`` together with the type of its value."""
+    """Key of ``results.json``, together with the type of the value under this key."""
 
     def __init__(self, name: str, kind: Any, default: K) -> None:
         self.name, self.kind, self.default = name, kind, default
@@ -40,16 +40,19 @@ Entry = tuple[str, Any]
 
 
 class SubjectResults(Record, frozen=True, kw_only=True):
-    """Results of one dataset under study. Read them with ``results[FIELD]``, which is typed."""
+    """Results of one dataset under study.
+
+    Read a result with ``results[FIELD]``. Type checkers know its type.
+    """
 
     def __getitem__(self, field: Field[T]) -> T:
         value: T = getattr(self, field.name, field.default)
         return value
 
     def replace(self, entries: Iterable[Entry]) -> SubjectResults:
-        """Return the results with these entries added.
+        """Return a copy of the results with ``entries`` added or replaced.
 
-        If both have a mapping, the two are merged.
+        If the old and the new value are mappings, the new value is merged into the old one.
         """
         values = {name: getattr(self, name) for name in self.__struct_fields__}
         for name, value in entries:
@@ -93,9 +96,9 @@ def read_results(path: Path, kind: type[T]) -> T:
 
 
 def read_options(path: Path, remedy: str) -> dict[str, Any]:
-    """Return the study's settings that affect its numbers, from the ``results.json`` at ``path``.
+    """Return those settings of a study that affect its numbers, from ``results.json`` at ``path``.
 
-    Raise FileError, with ``remedy`` in its message, if the file is not valid.
+    Raise FileError if the file is not valid. The message ends with ``remedy``.
     """
     return read_record(
         read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST

@@ -1,4 +1,4 @@
-"""Run of a study: its locked folder, its steps in order, and its files after each step.
+"""Run of a study: its locked folder, its jobs in order, and its files after each job.
 
 The folder of another study is never overwritten.
 """
@@ -35,10 +35,10 @@ _REMEDY = "choose another --out, or move it away"
 
 
 @contextmanager
-def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make a study's folder, and lock it until the ``with`` block ends.
+def locked_study_folder(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
+    """Make the folder of a study, and lock it until the ``with`` block ends.
 
-    Raise InputError if another study runs there, or left results with other settings.
+    Raise InputError if another study runs in this folder, or left results of other settings there.
     """
     made = not out.exists()
     try:
@@ -55,7 +55,7 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
             ) from None
         except OSError:
             pass  # a disk without locks
-        _claim(out, options)
+        _check_same_settings(out, options)
         yield
     except InputError:
         if made:
@@ -66,8 +66,8 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
         os.close(handle)
 
 
-def _claim(out: Path, options: Mapping[str, Any]) -> None:
-    """Raise an InputError if the folder has results of a study with other settings."""
+def _check_same_settings(out: Path, options: Mapping[str, Any]) -> None:
+    """Raise InputError if the folder has results of a study with other settings."""
     results = out / RESULTS
     if not results.exists():
         if (out / REPORT).exists():
@@ -86,27 +86,28 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
         )
 
 
-def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
-    """Return ``directory`` after it was emptied, with a file that marks it as made by a study.
+def empty_marked_folder(directory: Path, mark: Mapping[str, object]) -> Path:
+    """Empty ``directory``, mark it as made by a study, and return it.
 
-    Raise FileError if the folder exists without this mark.
+    ``mark`` is the content of the file that marks it. Raise FileError if the folder exists without
+    such a file.
     """
-    check_fresh(directory)
+    check_marked_folder(directory)
     if directory.exists():
         shutil.rmtree(directory)
     write_json(directory / MARK, mark)
     return directory
 
 
-def check_fresh(directory: Path) -> None:
-    """Raise an InputError if the folder exists and was not made by :func:`fresh`."""
+def check_marked_folder(directory: Path) -> None:
+    """Raise InputError if the folder exists and was not made by :func:`empty_marked_folder`."""
     if directory.exists() and not (directory / MARK).exists():
         raise FileError(f"{directory} was not made by a study: {_REMEDY}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """One step of a part of a study, for one dataset. If a *vital* step fails, the study ends."""
+    """One measurement of a study on one dataset. If a *vital* job fails, the study ends."""
 
     subject: str
     part: str
@@ -120,9 +121,10 @@ class Job:
         return f"{self.subject}: {self.title}"
 
     def measure(self) -> PartResult:
-        """Run the step. If the data do not permit it, return a result that holds only the reason.
+        """Run the job, and return what it measured.
 
-        Raise InputError instead if the step is vital.
+        If the data do not permit the measurement, return a result that holds only the reason. For a
+        vital job, raise InputError instead.
         """
         try:
             return self.run()
@@ -143,7 +145,7 @@ def run_steps(
     from tqdm import tqdm
 
     with ExitStack() as opened:
-        opened.enter_context(sole_use(out, state.options))
+        opened.enter_context(locked_study_folder(out, state.options))
         opened.enter_context(warnings.catch_warnings())
         # Other workers take the jobs of a worker that ended early.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
@@ -181,9 +183,9 @@ _BAR = "{desc}{percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"
 def run_jobs(
     jobs: Sequence[Job], state: State, out: Path, tick: Callable[[Job], object] = lambda job: None
 ) -> None:
-    """Run all jobs.
+    """Run all jobs, and write ``report.html`` and ``results.json`` after each job.
 
-    After each job, write ``report.html`` and ``results.json``, and call ``tick``.
+    Then call ``tick`` with the job.
     """
     state.steps = [job.name for job in jobs]
     by_name = {name: Findings(name) for name in dict.fromkeys(job.subject for job in jobs)}

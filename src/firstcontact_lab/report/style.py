@@ -1,4 +1,4 @@
-"""Style of all figures, and the charts that several reports share."""
+"""Style of all figures in reports, and the charts that several reports share."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def canvas(
 
 
 def uri(figure: Canvas) -> str:
-    """Return the figure as an SVG data URI. Bitmaps in it have twice a screen's resolution."""
+    """Return a figure as a data URI in SVG. Bitmaps in it have twice the resolution of a screen."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
@@ -81,7 +81,7 @@ def boxes(
     width: float,
     colour: str,
 ) -> None:
-    """Draw a box plot of each array at its position, with outliers as points."""
+    """Draw a box plot of each array in ``values`` at its position, with outliers as points."""
     groups = list(zip(positions, values, strict=True))
     several = {place: group for place, group in groups if len(group) > 1}
     line = {"color": colour, "lw": 0.9}
@@ -123,7 +123,7 @@ def vibration_unit(layout: Layout) -> str:
 
 
 def shades(n: int) -> list[Any]:
-    """Return ``n`` colours for colour-blind readers, from light (soft) to dark (stiff)."""
+    """Return ``n`` colours from light (soft) to dark (stiff) that suit colour-blind readers."""
     import matplotlib as mpl
 
     return list(mpl.colormaps["viridis_r"](np.linspace(0.12, 0.95, n)))
@@ -136,7 +136,7 @@ Groups = Mapping[str, tuple[float, Mapping[str, NDArray[np.float64]]]]
 def box_figure(
     key: str, title: str, caption: str, axis: str, groups: Groups, colours: Mapping[str, str]
 ) -> Figure:
-    """Return a figure with a bar at each group's true value, and one box plot per model."""
+    """Return a figure with a bar at the true value of each group, and one box plot per model."""
     with canvas(size=(max(SIZE[0], 0.5 * len(groups)), 4.2)) as (figure, axes):
         ax = axes[0, 0]
         for number, (model, colour) in enumerate(colours.items()):

@@ -16,11 +16,11 @@ S = TypeVar("S")
 
 
 class Scores(Protocol):
-    """Interface of score records that have intervals."""
+    """Interface of records that hold scores and an interval for each score."""
 
     @property
     def intervals(self) -> dict[str, Ends]:
-        """Lower and upper bound of each score, by its name."""
+        """Lower and upper bound of the interval of each score, by the name of the score."""
         ...
 
 
@@ -30,7 +30,7 @@ class Bounded(NamedTuple):
 
 
 def bounded(scores: Scores | None, name: str) -> Bounded | None:
-    """Return the score ``name`` of a record with its interval; None if the record lacks it."""
+    """Return the score ``name`` of a record with its interval, or None if it was not measured."""
     value = getattr(scores, name, None)
     return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))
 
@@ -49,7 +49,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Line of a table. A *quiet* line is shown in a pale colour."""
+    """Line of a table. A *quiet* line has a pale colour."""
 
     cells: Sequence[Cell]
     quiet: bool = False
@@ -83,7 +83,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """Definition of a table row: one number in the results, and the format that shows it."""
+    """Definition of a table row: a function that finds a number in results, and its format."""
 
     label: str
     value: Callable[[R], Value]
@@ -98,7 +98,7 @@ class Row(Generic[R]):
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
-    """Return ``value`` as text with ``digits`` decimals and a typographic minus.
+    """Return ``value`` as text with ``digits`` decimals and a typographic minus sign.
 
     Zero has no sign.
     """
@@ -147,7 +147,7 @@ VERDICTS = (
 
 
 def format_cell(value: Value, unit: str) -> Cell:
-    """Return a table cell with ``value``. Its interval, if it has one, follows in small print."""
+    """Return a table cell that shows ``value``. If it has an interval, small print shows it."""
     if value is None:
         return Cell(ABSENT)
     if isinstance(value, str):
@@ -159,9 +159,9 @@ def format_cell(value: Value, unit: str) -> Cell:
 
 
 def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Callable[[R], Value]:
-    """Return a function from results to the ``value`` of the record that ``find`` returns.
+    """Return a function from results to ``value(record)``, where ``find(results)`` is the record.
 
-    It returns None if ``find`` returns None.
+    The function returns None if ``find`` returns None.
     """
 
     def from_results(results: R) -> Value:
@@ -185,7 +185,10 @@ def row_table(
 
 
 def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
-    """Return a table of the rows that have a published claim, a note, or are headlines."""
+    """Return a table of the rows that have a published claim or a note, or are headlines.
+
+    The last column has the verdict on the claim.
+    """
     chosen = [row for row in rows if row.claim or row.note or row.headline]
     table = row_table(chosen, subjects, published=True)
     by_label = {row.label: row for row in chosen}
@@ -200,16 +203,16 @@ def _verdict(row: Row[R], subjects: Mapping[str, R]) -> str:
     values = {title: row.value(results) for title, results in subjects.items()}
     compared = {t: row.claim.verdict(v, row.unit) for t, v in values.items() if row.claim}
     notes = {t: row.note(subjects[t]) for t, v in values.items() if row.note and v is not None}
-    verdict, note = _joined(compared), _joined(notes)
+    verdict, note = _join_texts(compared), _join_texts(notes)
     if verdict and note:
         return f"{verdict}. {note[0].upper()}{note[1:]}"
     return verdict or note or "not in the paper"
 
 
-def _joined(texts: Mapping[str, str]) -> str:
+def _join_texts(texts: Mapping[str, str]) -> str:
     """Return the texts of several datasets in one line, each after the title of its dataset.
 
-    If all texts are the same, return this text once, without a title.
+    If all texts are equal, return the text once, without a title.
     """
     present = {title: text for title, text in texts.items() if text}
     if len(set(present.values())) == 1:
@@ -217,10 +220,10 @@ def _joined(texts: Mapping[str, str]) -> str:
     return "; ".join(f"{title.lower()}: {text}" for title, text in present.items())
 
 
-def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
-    """Return one table with the columns of several datasets' tables side by side.
+def join_side_by_side(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
+    """Return one table with the columns of the tables of several datasets side by side.
 
-    Only the columns with a title in ``heads`` are used; all if it is empty.
+    ``heads`` has the titles of the columns to keep. If it is empty, all are kept.
     """
     head = [""]
     blocks: list[tuple[int, dict[tuple[str, str], Line]]] = []
@@ -275,7 +278,7 @@ def matrix(
     return Table(caption, ["", *(row.label for row in columns)], lines)
 
 
-def lifted(
+def row_for_results(
     row: Row[S],
     prefix: str,
     find: Callable[[R], S | None],
@@ -284,9 +287,9 @@ def lifted(
     claim: Claim | None = None,
     note: Callable[[R], str] | None = None,
 ) -> Row[R]:
-    """Return a row for whole results, made from a row for the record that ``find`` returns.
+    """Return a row that takes whole results, made from ``row``, which takes one record in them.
 
-    The label starts with ``prefix``.
+    ``find`` returns the record from the results. ``prefix`` is put before the label of the row.
     """
     value = optional(find, row.value)
     return Row(prefix + row.label, value, row.unit, published, headline, claim, note)
@@ -298,7 +301,7 @@ def markdown(table: Table) -> str:
 
 
 def markdown_table(head: str, rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table. ``head`` holds the column titles, separated by bars."""
+    """Return a table in Markdown. ``head`` has the column titles, separated by vertical bars."""
     columns = head.split(" | ")
     lines = (columns, ["---"] * len(columns), *rows)
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
@@ -307,7 +310,8 @@ def markdown_table(head: str, rows: Iterable[Sequence[str]]) -> str:
 def fill(text: str, kind: str, made: Mapping[str, str]) -> str:
     """Return the page ``text`` with new text between its markers.
 
-    The markers are ``<!-- KIND: NAME -->`` and ``<!-- /KIND -->``. ``made`` holds the text by NAME.
+    The markers are ``<!-- KIND: NAME -->`` and ``<!-- /KIND -->``. ``made`` has the new text by
+    NAME.
     """
     pattern = rf"(<!-- {kind}: (\w+) -->\n).*?(<!-- /{kind} -->)"
     page, count = re.subn(
@@ -319,7 +323,7 @@ def fill(text: str, kind: str, made: Mapping[str, str]) -> str:
 
 
 def plain_lines(table: Table) -> list[str]:
-    """Return a table as lines of text with aligned columns. Small print is left out."""
+    """Return a table as lines of text with aligned columns, without small print."""
     texts = [table.head, *([cell.text for cell in line.cells] for line in table.lines)]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     lines = []

@@ -19,7 +19,13 @@ from firstcontact.signal import resample_dataset
 from firstcontact.twin.simulation import simulate_recordings
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.page import State
-from firstcontact_lab.report.run import MARK, Job, check_fresh, fresh, run_steps
+from firstcontact_lab.report.run import (
+    MARK,
+    Job,
+    check_marked_folder,
+    empty_marked_folder,
+    run_steps,
+)
 from firstcontact_lab.study.page import study_page
 from firstcontact_lab.study.part import Step, StudySettings, Subject
 from firstcontact_lab.study.parts import PARTS, chosen_parts
@@ -89,7 +95,9 @@ def _set_name(recordings: Path | None) -> str:
 
 
 def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
-    directory = fresh(out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed})
+    directory = empty_marked_folder(
+        out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed}
+    )
     simulate_recordings(
         directory / "pinches",
         condition,
@@ -111,10 +119,10 @@ def check_sources(path: Path | None, out: Path) -> None:
     """Raise an InputError if the data at ``path`` cannot be studied. None stands for the twin."""
     if path is None:
         for condition in CONDITIONS:
-            check_fresh(out / _RECORDINGS / condition)
+            check_marked_folder(out / _RECORDINGS / condition)
     elif not _recordings(path):
         find_importer(path)
-        check_fresh(out / _RECORDINGS / _IMPORTED)
+        check_marked_folder(out / _RECORDINGS / _IMPORTED)
 
 
 def _recordings(path: Path) -> list[Path]:
@@ -141,7 +149,7 @@ def _search(path: Path) -> tuple[list[Path], list[Path]]:
 
 
 def _imported(path: Path, out: Path) -> Dataset:
-    directory = fresh(out / _RECORDINGS / _IMPORTED, {"imported": path.name})
+    directory = empty_marked_folder(out / _RECORDINGS / _IMPORTED, {"imported": path.name})
     try:
         assumed = import_recordings(path, directory / "pinches").notes
     except InputError:

@@ -10,7 +10,7 @@ from firstcontact.core import FileError
 from firstcontact_lab.continuum.bodies import Material, sphere
 from firstcontact_lab.continuum.comparison import twin_touch
 from firstcontact_lab.continuum.touch import touch
-from firstcontact_lab.continuum.waveforms import MOST_BYTES, compare_file, touching
+from firstcontact_lab.continuum.waveforms import MOST_BYTES, compare_file, parse_touch_name
 
 TIMES = np.arange(0.0, 0.0165, 1e-5)
 NAME = "block-29-rigid-sls-small"
@@ -31,7 +31,7 @@ def written(path: Path, **arrays: Any) -> Path:
     ],
 )
 def test_a_louder_touch_is_so_much_louder(tmp_path: Path, name: str) -> None:
-    finger, target = touching("test", name)
+    finger, target = parse_touch_name("test", name)
     volts = twin_touch(target, finger, TIMES)
     path = written(tmp_path, **{f"{name}/t": TIMES, f"{name}/volts": 1.25 * volts})
     found = compare_file(path)[name]
@@ -42,7 +42,7 @@ def test_a_louder_touch_is_so_much_louder(tmp_path: Path, name: str) -> None:
 
 def test_names_mean_the_objects_that_they_say(tmp_path: Path) -> None:
     name = "sphere-60-rigid-sls-small"
-    finger, target = touching("test", name)
+    finger, target = parse_touch_name("test", name)
     ball = 4 / 3 * np.pi * 0.037**3
     arms = ((target.arm_share, target.arm_relaxation),)
     found = touch(finger, sphere(0.037, Material(0.18 / ball, 3.61e6, arms)))
@@ -50,8 +50,8 @@ def test_names_mean_the_objects_that_they_say(tmp_path: Path) -> None:
     comparison = compare_file(path)[name]
     assert abs(comparison.peak) < 0.05
     assert comparison.rms_of_peak < 0.05
-    assert touching("test", "sphere-60-rigid-elastic-small")[1].arm_share == 0
-    wide, block = (touching("test", f"{s}-29-pad-sls-small")[1] for s in ("wide", "block"))
+    assert parse_touch_name("test", "sphere-60-rigid-elastic-small")[1].arm_share == 0
+    wide, block = (parse_touch_name("test", f"{s}-29-pad-sls-small")[1] for s in ("wide", "block"))
     assert wide.face_mass == pytest.approx(4 * block.face_mass)
 
 

@@ -11,21 +11,21 @@ import pytest
 
 from firstcontact.core import InputError
 from firstcontact.core.files import write_json
-from firstcontact_lab.report.run import MARK, fresh, sole_use
+from firstcontact_lab.report.run import MARK, empty_marked_folder, locked_study_folder
 
 ASKED = {"verb": "study", "recordings": None, "seed": 0, "durations": (0.003, 0.015)}
 HOLD = """
 import signal, sys
 from pathlib import Path
-from firstcontact_lab.report.run import sole_use
-with sole_use(Path(sys.argv[1]), {}):
+from firstcontact_lab.report.run import locked_study_folder
+with locked_study_folder(Path(sys.argv[1]), {}):
     print("held", flush=True)
     signal.pause()
 """
 
 
 def claim(out: Path, requests: dict[str, object]) -> None:
-    with sole_use(out, requests):
+    with locked_study_folder(out, requests):
         pass
 
 
@@ -38,22 +38,25 @@ def test_a_second_study_is_refused_while_the_first_works(tmp_path: Path) -> None
     with subprocess.Popen([sys.executable, "-c", HOLD, out], stdout=subprocess.PIPE) as other:
         try:
             assert other.stdout.readline() == b"held\n"
-            with pytest.raises(InputError, match="running"), sole_use(out, {}):
+            with pytest.raises(InputError, match="running"), locked_study_folder(out, {}):
                 pass
-            with sole_use(tmp_path / "elsewhere", {}):
+            with locked_study_folder(tmp_path / "elsewhere", {}):
                 pass
         finally:
             os.kill(other.pid, signal.SIGKILL)
-    with sole_use(out, {}):  # a dead process holds nothing
+    with locked_study_folder(out, {}):  # a dead process holds nothing
         assert list(out.iterdir()) == []
-    with sole_use(out, {}):
+    with locked_study_folder(out, {}):
         pass
 
 
 def test_a_refused_study_leaves_no_folder(tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
     for name in ("new", "there"):
-        with pytest.raises(InputError, match="no pinches"), sole_use(tmp_path / name, {}):
+        with (
+            pytest.raises(InputError, match="no pinches"),
+            locked_study_folder(tmp_path / name, {}),
+        ):
             raise InputError("no pinches")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["there"]
 
@@ -103,8 +106,8 @@ def test_only_what_a_study_made_is_removed(tmp_path: Path) -> None:
     mine = tmp_path / "recordings"
     (mine / "deep").mkdir(parents=True)
     with pytest.raises(InputError, match=f"{re.escape(str(mine))} was not made"):
-        fresh(mine, {})
+        empty_marked_folder(mine, {})
     assert (mine / "deep").exists()
-    made = fresh(tmp_path / "made", {"a": 1})
+    made = empty_marked_folder(tmp_path / "made", {"a": 1})
     (made / "old").touch()
-    assert [p.name for p in fresh(made, {"a": 2}).iterdir()] == [MARK]
+    assert [p.name for p in empty_marked_folder(made, {"a": 2}).iterdir()] == [MARK]

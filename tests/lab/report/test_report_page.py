@@ -15,7 +15,7 @@ from firstcontact.core.records import decode_by_name, to_tree
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.page import Column, Section, render
 from firstcontact_lab.report.results import NOTHING, SubjectResults
-from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table, beside
+from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table, join_side_by_side
 from firstcontact_lab.study.page import claims, read_study, rows
 from firstcontact_lab.study.part import Subject
 from firstcontact_lab.study.parts.contacts import contact_table
@@ -47,11 +47,14 @@ def test_subjects_stand_side_by_side_line_by_line() -> None:
         "A": table(("SVM", "3 vectors", "1"), ("CNN", "with", "2"), ("CNN", "without", "3")),
         "B": table(("SVM", "4 vectors", "4"), ("CNN", "without", "5")),
     }
-    merged = beside(both, ("x",))
+    merged = join_side_by_side(both, ("x",))
     assert list(merged.head) == ["", "x, a", "x, b"]
     texts = [[cell.text for cell in line.cells] for line in merged.lines]
     assert texts == [["SVM", "1", "4"], ["CNN", "2", "–"], ["CNN", "3", "5"]]
-    assert [list(beside({"A": both["A"]}).head), len(merged.lines)] == [["", "x", "y"], 3]
+    assert [list(join_side_by_side({"A": both["A"]}).head), len(merged.lines)] == [
+        ["", "x", "y"],
+        3,
+    ]
 
 
 def test_no_page_holds_a_control_character() -> None:

@@ -40,8 +40,8 @@ from firstcontact_lab.report.tables import (
     Row,
     Table,
     bounded,
-    lifted,
     matrix,
+    row_for_results,
 )
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.contacts import is_learned
@@ -364,10 +364,10 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         text = ABSENT if published is None else percent(published)
         claim = None if published is None else Claim(published, SHARE_TOLERANCE)
         rows += [
-            lifted(_ACCURACY, random, split(RANDOM), text, claim=claim),
-            lifted(_ACCURACY, session, split(SESSION)),
-            lifted(_RMSE, session, split(SESSION)),
-            lifted(_RMSE, f"{prefix}level left out: ", split(LEVEL)),
+            row_for_results(_ACCURACY, random, split(RANDOM), text, claim=claim),
+            row_for_results(_ACCURACY, session, split(SESSION)),
+            row_for_results(_RMSE, session, split(SESSION)),
+            row_for_results(_RMSE, f"{prefix}level left out: ", split(LEVEL)),
         ]
     return rows
 

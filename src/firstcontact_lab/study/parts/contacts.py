@@ -26,7 +26,14 @@ from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
-from firstcontact_lab.report.tables import SHARE_TOLERANCE, Claim, Row, Table, lifted, row_table
+from firstcontact_lab.report.tables import (
+    SHARE_TOLERANCE,
+    Claim,
+    Row,
+    Table,
+    row_for_results,
+    row_table,
+)
 from firstcontact_lab.study.detection import detection_splits, judge_detectors, trigger_delays
 from firstcontact_lab.study.detection_scores import (
     TOLERANCE,
@@ -215,14 +222,18 @@ def window_starts(subjects: Subjects) -> list[str]:
 
 def is_learned(results: SubjectResults) -> bool:
     """Return True if windows start at the contacts of a trained detector."""
-    return names.learned(results[CONTACT].about.windows_start_at)
+    return names.is_trained_detector(results[CONTACT].about.windows_start_at)
 
 
 def _start_text(start: str) -> str:
     if start not in DETECTORS:
         return "No detector could be trained: windows start at the known contacts."
     title = names.detector(start).title
-    kind = "trained on other pinches" if names.learned(start) else "which needs no training"
+    kind = (
+        "trained on other pinches"
+        if names.is_trained_detector(start)
+        else "which needs no training"
+    )
     return f"Windows for stiffness start at contacts of the {title} detector, {kind}."
 
 
@@ -309,12 +320,12 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             return f"a detector that never fires: {percent(scores.quiet_windows / scores.windows)}"
 
         if published is None:
-            rows.append(lifted(first, prefix, find))
+            rows.append(row_for_results(first, prefix, find))
         else:
             claim = Claim(published, SHARE_TOLERANCE)
             text = percent(published)
-            rows.append(lifted(first, prefix, find, text, claim=claim, note=silence))
-        rows += [lifted(row, prefix, find) for row in further]
+            rows.append(row_for_results(first, prefix, find, text, claim=claim, note=silence))
+        rows += [row_for_results(row, prefix, find) for row in further]
     return rows
 
 

@@ -28,7 +28,7 @@ from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import ABSENT, Cell, Row, Table, Value, lifted, matrix
+from firstcontact_lab.report.tables import ABSENT, Cell, Row, Table, Value, matrix, row_for_results
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.anytime import conditioned_model, conditioning_contacts
 
@@ -236,7 +236,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     for name in names.estimators(distinct([*ESTIMATORS.names, *scored]), True):
         title = names.estimator(name).title
         rows += [
-            lifted(
+            row_for_results(
                 row,
                 f"{title}, one window: ",
                 _find_times(name),
@@ -244,7 +244,9 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             )
             for row in _TIMES
         ]
-        rows.append(lifted(_P99, f"{title} classifier, one window: ", _find_classifier(name)))
+        rows.append(
+            row_for_results(_P99, f"{title} classifier, one window: ", _find_classifier(name))
+        )
     return rows
 
 

@@ -34,8 +34,8 @@ from firstcontact_lab.report.tables import (
     Row,
     Table,
     bounded,
-    lifted,
     matrix,
+    row_for_results,
 )
 from firstcontact_lab.study.part import Part, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.blocks import WindowCounts, steps_by_speed
@@ -224,14 +224,14 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
         prefix, published = f"Unseen objects, {names.estimator(name).title}: ", PUBLISHED.get(name)
         if published is None:
-            rows += [lifted(row, prefix, find) for row in (_RMSE, _MAE, _MSE)]
+            rows += [row_for_results(row, prefix, find) for row in (_RMSE, _MAE, _MSE)]
             continue
         claim = Claim(published, ERROR_TOLERANCE * published, lower=True)
         headline, text = name == ESTIMATORS.default, f"{published} “MSE”"
         rows += [
-            lifted(_RMSE, prefix, find, text, headline, claim),
-            lifted(_MAE, prefix, find),
-            lifted(_MSE, prefix, find, text),
+            row_for_results(_RMSE, prefix, find, text, headline, claim),
+            row_for_results(_MAE, prefix, find),
+            row_for_results(_MSE, prefix, find, text),
         ]
     return rows
 

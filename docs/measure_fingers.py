@@ -23,7 +23,7 @@ from firstcontact.models.rig.rigs import Rig
 from firstcontact.twin import (
     CONDITIONS,
 )
-from firstcontact_lab.study.rig_sets import Sizes, Use, rig_set
+from firstcontact_lab.study.rig_sets import PinchUse, Sizes, rig_set
 from firstcontact_lab.study.structures import MOTORS, draw_blocks, draw_objects, draw_structured
 
 Pinches = tuple[Touches, NDArray[np.float64]]
@@ -41,7 +41,8 @@ def hands() -> Iterator[tuple[Pinches, Pinches]]:
             pinches = rig_set(seed, condition, sizes, [2, 3, 4, 5])
             is_long = pinches.touches.answerable
             blocks, objects = (
-                np.flatnonzero((pinches.uses == use) & is_long) for use in (Use.BLOCKS, Use.OBJECTS)
+                np.flatnonzero((pinches.uses == use) & is_long)
+                for use in (PinchUse.BLOCKS, PinchUse.OBJECTS)
             )
             touches, shore_a = pinches.touches, pinches.windows.y
             yield (

@@ -20,7 +20,7 @@ from firstcontact.models.rig.rigs import Rig
 from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
-from firstcontact_lab.study.rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study.rig_sets import PinchUse, RigSet, Sizes, rig_set
 from ringing import LONGEST, SHORTEST
 
 SIZES = Sizes(blocks=12, held_out=6, objects=6, other_blocks=1, kinds=1)
@@ -36,14 +36,14 @@ def made(name: str) -> RigSet:
 @cache
 def knowing(name: str) -> RigModel:
     rig_set = made(name)
-    blocks = rig_set.indices(Use.BLOCKS)
+    blocks = rig_set.indices(PinchUse.BLOCKS)
     rig = Rig.fit(rig_set.touches.take(blocks), rig_set.windows.y[blocks])
     return pretrained().conditioned_on({Rig.ANY: rig})
 
 
 def objects(name: str, lasting: int = SHORTEST) -> tuple[Touches, Values]:
     rig_set = made(name)
-    rows = np.concatenate([rig_set.indices(Use.HELD), rig_set.indices(Use.OBJECTS)])
+    rows = np.concatenate([rig_set.indices(PinchUse.HELD), rig_set.indices(PinchUse.OBJECTS)])
     rows = rows[rig_set.touches.valid[rows] >= lasting]
     return rig_set.touches.take(rows), rig_set.windows.y[rows]
 

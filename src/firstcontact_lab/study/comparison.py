@@ -1,4 +1,4 @@
-"""Comparison of estimators on objects and hands beyond their training blocks.
+"""Comparison of estimators beyond their training blocks, for the study part ``generalise``.
 
 All estimators get the same simulated rigs.
 """
@@ -23,8 +23,8 @@ from firstcontact.models.rig.network_estimator import rig_estimators
 from firstcontact.models.training import fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.twin.draw import Condition
-from firstcontact_lab.study.off_blocks import Answered, OffBlocks, score_off_blocks
-from firstcontact_lab.study.rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study.off_blocks import OffBlocks, RigSetPredictions, score_off_blocks
+from firstcontact_lab.study.rig_sets import PinchUse, RigSet, Sizes, rig_set
 from firstcontact_lab.study.window_ladder import fit_window_ladder
 
 Index = NDArray[np.intp]
@@ -92,9 +92,9 @@ class Query:
 
 
 def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
-    """Train the estimator of a query.
+    """Train the estimator of a query, and return the Shore A that it predicts.
 
-    Return the predicted Shore A of each pinch in ``query.ask``.
+    The result has one value for each pinch in ``query.ask``.
     """
     competitor, rigs, learn, ask = query.competitor, sets[query.place], query.learn, query.ask
     if competitor.method == "window":
@@ -123,27 +123,27 @@ def compared(
     runner: Runner,
 ) -> Generalised:
     queries = [
-        Query(competitor, place, question, *sides(rigs, question))
+        Query(competitor, place, question, *learn_and_ask_indices(rigs, question))
         for place, rigs in enumerate(sets)
         for competitor in (*competitors(place), *CEILINGS, AT_HOME)
         for question in _questions(competitor)
     ]
     # Start the longest queries first, so that none of them runs alone at the end.
-    order = sorted(queries, key=lambda query: not _slow(query.competitor))
+    order = sorted(queries, key=lambda query: not _is_slow(query.competitor))
     answers = dict(zip(map(id, order), runner.map(answer, order, sets, seed), strict=True))
-    rows: dict[str, list[Answered]] = {}
+    rows: dict[str, list[RigSetPredictions]] = {}
     options: dict[str, Mapping[str, object]] = {}
     for query in queries:
         rigs, name = sets[query.place], query.competitor.name
         windows, uses = rigs.windows.take(query.ask), rigs.uses[query.ask]
-        answered = Answered(query.question, query.place, windows, uses, answers[id(query)])
+        answered = RigSetPredictions(query.question, query.place, windows, uses, answers[id(query)])
         rows.setdefault(name, []).append(answered)
         options[name] = {k: v for k, v in query.competitor.options.items() if k not in _OWN}
     scores = {name: score_off_blocks(rows[name], options[name], seed) for name in rows}
     return Generalised(
         sets=len(sets),
         seeds=list(seeds),
-        pinches={use.value: int(np.mean([len(s.indices(use)) for s in sets])) for use in Use},
+        pinches={use.value: int(np.mean([len(s.indices(use)) for s in sets])) for use in PinchUse},
         too_short=float(np.mean([rigs.too_short for rigs in sets])),
         floor=scores.pop(AT_HOME.name),
         ceiling={reference.name: scores.pop(reference.name) for reference in CEILINGS},
@@ -155,23 +155,27 @@ def compared(
 _OWN = ("estimator", "radii")
 
 
-def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the indices of the pinches to learn from, and of those to predict, for a question.
+def learn_and_ask_indices(
+    rig_data: RigSet, question: str
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return (indices of pinches to learn from, indices of pinches to predict) for a question.
 
     ``question`` is one of the constants of this module, or the Shore A of the blocks to leave out.
     """
-    home = rig_data.indices(Use.BLOCKS)
+    home = rig_data.indices(PinchUse.BLOCKS)
     if question == HOME:
-        return home, np.concatenate([rig_data.indices(Use.HELD), rig_data.indices(Use.OBJECTS)])
+        return home, np.concatenate(
+            [rig_data.indices(PinchUse.HELD), rig_data.indices(PinchUse.OBJECTS)]
+        )
     if question == OTHER:
-        return rig_data.indices(Use.OTHER_BLOCKS), rig_data.indices(Use.OTHER_OBJECTS)
+        return rig_data.indices(PinchUse.OTHER_BLOCKS), rig_data.indices(PinchUse.OTHER_OBJECTS)
     if question == FLOOR:
-        return rig_data.indices(Use.KINDS), rig_data.indices(Use.OBJECTS)
+        return rig_data.indices(PinchUse.KINDS), rig_data.indices(PinchUse.OBJECTS)
     left = rig_data.windows.y[home] == float(question)
     return home[~left], home[left]
 
 
-def _slow(competitor: Competitor) -> bool:
+def _is_slow(competitor: Competitor) -> bool:
     name = competitor.options.get("estimator")
     return name is not None and ESTIMATORS[name].slow
 

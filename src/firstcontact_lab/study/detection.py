@@ -1,4 +1,4 @@
-"""Contacts in pinches, from detectors that were not trained on the same pinches (out of fold)."""
+"""Detection of contacts in pinches that the detector was not trained on (out of fold)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ FOLDS = 3
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Return splits that test each pinch once. They train only on pinches of role ``train``."""
+    """Return splits that together test each pinch once.
+
+    Only pinches of role ``train`` are used for training.
+    """
     if len(dataset) < 2:
         return []
     sessions, test = dataset.sessions, dataset.test
@@ -41,8 +44,8 @@ def judge(
 ) -> list[PinchDecisions] | str:
     """Train a detector on one side of a split, and return its decisions on the other side.
 
-    If the detector cannot be trained, return the reason as text. ``job`` holds the detector's name
-    and the index of the split. ``early`` is the time by which labels may be late, s.
+    ``job`` is (name of the detector, index of the split). Labels may be up to ``early`` s too late.
+    If the detector cannot be trained, return the reason as text.
     """
     name, split = job[0], splits[job[1]]
     detector = make_detector(name)
@@ -83,7 +86,7 @@ def judge_detectors(
 
 
 def _vibration_only(dataset: Dataset) -> Dataset:
-    """Return the dataset without force channels, so that less data go to worker processes."""
+    """Return the dataset without force channels, so that worker processes get less data."""
     columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
     channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
     layout = replace(dataset.layout, channels=channels)
@@ -99,9 +102,9 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two arrays of delays after the true contact, s: of the trigger and of its decision.
+    """Return (delays of triggers, delays of decisions) after the true contact, s.
 
-    Both have the shape (pinches,), with NaN where a true or a detected contact is missing.
+    Both arrays have the shape (pinches,). They are NaN where a true or detected contact is missing.
     """
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)

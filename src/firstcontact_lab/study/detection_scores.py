@@ -1,4 +1,4 @@
-"""Scores of contact detectors against true contacts."""
+"""Scores of contact detectors against the true contacts, for the study part ``contacts``."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Delays(Record, frozen=True, kw_only=True):
 
 
 class DetectionScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector over the pinches whose true first contact is known."""
+    """Scores of a detector on the pinches whose true first contact is known."""
 
     n: int
     #: Pinches without a known first contact, which are not in ``n``.
@@ -71,7 +71,10 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
 
 def _merge_looks(decisions: WindowDecisions, looks: int) -> WindowDecisions:
-    """Merge every ``looks`` consecutive decisions into one, which fires if any of them fires."""
+    """Merge each group of ``looks`` consecutive decisions into one.
+
+    The merged decision fires if any decision of the group fires.
+    """
     n = len(decisions.ends) // looks
     if looks == 1 or not n:
         return decisions
@@ -117,7 +120,7 @@ def score_detector(detector: Detector, dataset: Dataset) -> DetectionScores:
 
 
 def judge_pinches(detector: Detector, dataset: Dataset) -> list[PinchDecisions]:
-    """Run the detector on each pinch. Return its decisions, for :func:`score_decisions`."""
+    """Run the detector on each pinch. Return one record of decisions per pinch."""
     margin = samples_in(JUDGED, dataset.layout.rate)
     return [
         judge_pinch(detector, pinch, 0 if pinch.first is None else pinch.first.sample + margin)
@@ -131,9 +134,9 @@ def score_decisions(
     step: float,
     early: float = 0.0,
 ) -> DetectionScores:
-    """Score a detector's decisions on windows that are ``step`` s apart.
+    """Score the decisions of a detector on windows that are ``step`` s apart.
 
-    Labels of contacts may be ``early`` s too late. Raise InputError if no pinch has a label.
+    Labels of contacts may be up to ``early`` s too late. Raise InputError if no pinch has a label.
     """
     counts = _Counts()
     outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
@@ -199,15 +202,15 @@ def score_decisions(
 
 
 def resampler_lookahead(dataset: Dataset) -> float:
-    """Return the look-ahead of the filter that resampled a dataset, s; 0 without resampling."""
+    """Return the look-ahead of the filter that resampled a dataset, s, or 0 without resampling."""
     rate = dataset.layout.rate
     return lookahead(dataset.recorded_rate or rate, rate)
 
 
 def right_and_not_early(contact: Contact, truth: Contact, rate: float, early: float) -> bool:
-    """Return True if a detected contact is on the touching finger and not too early.
+    """Return True if a detected contact is on the correct finger and not too early.
 
-    ``early`` is the time by which the label ``truth`` may be late, s, and ``rate`` is in Hz.
+    The label ``truth`` may be up to ``early`` s too late. ``rate`` is the sample rate, Hz.
     """
     placed = (contact.sample - truth.sample) / rate
     return (
@@ -219,9 +222,9 @@ def right_and_not_early(contact: Contact, truth: Contact, rate: float, early: fl
 
 
 def outcome(contact: Contact | None, truth: Contact, rate: float, early: float) -> str:
-    """Return "success" for a correctly detected contact, or else the name of the failure.
+    """Return "success" for a correctly detected contact, otherwise the name of the failure.
 
-    ``early`` is the time by which the label ``truth`` may be late, s, and ``rate`` is in Hz.
+    The label ``truth`` may be up to ``early`` s too late. ``rate`` is the sample rate, Hz.
     """
     if contact is None:
         return "misses"

@@ -1,4 +1,7 @@
-"""Scores of estimators beyond their training blocks, with bootstrap intervals over rigs."""
+"""Scores of estimators beyond their training blocks, with bootstrap intervals over rigs.
+
+The study part ``generalise`` shows them.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +16,14 @@ from numpy.typing import NDArray
 from firstcontact.core import Record
 from firstcontact.models.labelled_data import LabelledWindows
 from firstcontact.models.scores import Ends, cluster_intervals
-from firstcontact_lab.study.rig_sets import Use
+from firstcontact_lab.study.rig_sets import PinchUse
 
 Values = NDArray[np.float64]
 TOGETHER = 3
 
 
 class OffBlocks(Record, frozen=True, kw_only=True):
-    """Scores of an estimator beyond the blocks it was trained on. RMSE and bias are in Shore A."""
+    """Scores of an estimator beyond its training blocks. RMSE and bias are in Shore A."""
 
     sets: int
     objects: float
@@ -38,10 +41,10 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Answered:
-    """Shore A that one estimator predicted for pinches of one simulated pair of hands.
+class RigSetPredictions:
+    """Predictions of one estimator, Shore A, for pinches of one rig set (two simulated hands).
 
-    ``place`` is the index of the pair.
+    ``place`` is the index of the rig set.
     """
 
     question: str
@@ -52,10 +55,10 @@ class Answered:
 
 
 def score_off_blocks(
-    answered: Sequence[Answered], options: Mapping[str, Any], seed: int
+    answered: Sequence[RigSetPredictions], options: Mapping[str, Any], seed: int
 ) -> OffBlocks:
     tally = _ErrorSums(seed)
-    objects = [_part(batch, Use.OBJECTS) for batch in answered]
+    objects = [_part(batch, PinchUse.OBJECTS) for batch in answered]
     softest, hardest = _ends([batch for batch in objects if len(batch.values)])
     for batch in objects:
         for name in ("objects", "bias"):
@@ -65,13 +68,13 @@ def score_off_blocks(
             indices = batch.queries.y == level
             tally.errors(name, batch.place, batch.values[indices] - level)
     for batch in answered:
-        held_out = _part(batch, Use.HELD)
+        held_out = _part(batch, PinchUse.HELD)
         tally.errors("blocks", batch.place, held_out.values - held_out.queries.y)
         tally.errors("accuracy", batch.place, _block_hits(held_out))
-        other = _part(batch, Use.OTHER_OBJECTS)
+        other = _part(batch, PinchUse.OTHER_OBJECTS)
         for name in ("other_hand", "bias_other_hand"):
             tally.errors(name, batch.place, other.values - other.queries.y)
-        left = _part(batch, Use.BLOCKS)
+        left = _part(batch, PinchUse.BLOCKS)
         tally.errors("level_left_out", batch.place, left.values - left.queries.y, batch.question)
     return OffBlocks(
         sets=len({batch.place for batch in answered}),
@@ -81,9 +84,9 @@ def score_off_blocks(
     )
 
 
-def _part(answered: Answered, use: Use) -> Answered:
+def _part(answered: RigSetPredictions, use: PinchUse) -> RigSetPredictions:
     indices = np.flatnonzero(answered.uses == use)
-    return Answered(
+    return RigSetPredictions(
         answered.question,
         answered.place,
         answered.queries.take(indices),
@@ -92,13 +95,13 @@ def _part(answered: Answered, use: Use) -> Answered:
     )
 
 
-def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
+def _ends(parts: Sequence[RigSetPredictions]) -> tuple[float, float]:
     shore_a = np.concatenate([answered.queries.y for answered in parts])
     return float(shore_a.min()), float(shore_a.max())
 
 
-def _errors_of_three(answered: Answered, seed: int) -> Values:
-    """Return errors of the mean prediction of three pinches of one object, Shore A."""
+def _errors_of_three(answered: RigSetPredictions, seed: int) -> Values:
+    """Return errors of the mean prediction of three pinches of the same object, Shore A."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):
@@ -108,8 +111,11 @@ def _errors_of_three(answered: Answered, seed: int) -> Values:
     return np.concatenate(errors) if errors else np.empty(0)
 
 
-def _block_hits(answered: Answered) -> Values:
-    """Return 1 for each prediction that is nearest to the Shore A of the true block, else 0."""
+def _block_hits(answered: RigSetPredictions) -> Values:
+    """Return 1 where the block nearest to the prediction is the true one, otherwise 0.
+
+    "Nearest" compares Shore A values.
+    """
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -119,7 +125,7 @@ def _block_hits(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return a function from sums of errors to the RMSE, averaged over ``groups`` groups."""
+    """Return a function that turns sums of errors into an RMSE, averaged over ``groups`` groups."""
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)
@@ -140,7 +146,7 @@ def _of_columns(statistic: Callable[[Values], Values], part: slice) -> Callable[
 
 
 class _ErrorSums:
-    """Sums of errors from which scores and their bootstrap intervals are computed.
+    """Sums of errors, from which scores and their bootstrap intervals are computed.
 
     Each entry holds the number, the sum and the sum of squares of the errors of one score, in one
     group, on one rig set.
@@ -157,9 +163,9 @@ class _ErrorSums:
             of_group[place] = of_group.get(place, np.zeros(3)) + sums
 
     def _columns(self, name: str) -> tuple[Values, Callable[[Values], Values]]:
-        """Return (sums, function) for one score. The function turns added sums into the score.
+        """Return (sums, function) for the score ``name``. The function turns total sums into it.
 
-        The sums of errors have the shape (rig sets, 3 · groups).
+        The sums have the shape (rig sets, 3 · groups).
         """
         groups = self._sums[name].values()
         places = sorted({place for of_group in groups for place in of_group})

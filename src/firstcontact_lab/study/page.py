@@ -1,4 +1,4 @@
-"""Report page of a study: summary, the paper's claims, and remarks on the splits."""
+"""Report page of a study: summary, claims of the paper, and remarks on the splits."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def rows(subjects: Subjects, parts: Sequence[str] = ()) -> list[Row[SubjectResul
 
 
 def claims(subjects: Subjects) -> Table:
-    """Return a table of the paper's claims with a verdict on each, and then other main results."""
+    """Return a table of the paper's claims with a verdict on each, then other main results."""
     chosen = sorted(rows(subjects), key=lambda row: not (row.claim or row.note))
     return claims_table(chosen, subjects)
 
@@ -66,9 +66,9 @@ def outcome(subjects: Subjects) -> list[str]:
 
 
 def _sentence(topic: str, subjects: Subjects, describe: Callable[[SubjectResults], str]) -> str:
-    """Return a sentence on one topic, with a part for each dataset that has results on it.
+    """Return a sentence on one topic, with a clause for each dataset that has results on it.
 
-    It is "" if no dataset has.
+    Return "" if no dataset has results on it.
     """
     texts = {title: text for title, results in subjects.items() if (text := describe(results))}
     several = len(subjects) > 1
@@ -104,9 +104,9 @@ def _compared(
 
 
 def _left_out(results: SubjectResults) -> str:
-    """Return text on the errors with a Shore A left out of training.
+    """Return text on the errors for a Shore A that was left out of training.
 
-    It states those of the default estimator, of the peak amplitude, and the smallest.
+    It states the errors of the default estimator and of the peak amplitude, and the smallest error.
     """
     splits = {name: scores.split(LEVEL) for name, scores in results[BLOCKS].items()}
     errors = {name: s.rmse for name, s in splits.items() if s and s.rmse is not None}

@@ -70,7 +70,7 @@ class StudySettings:
 
 @dataclass(slots=True, eq=False)
 class Subject:
-    """Dataset under study, and the results of the study's parts that ran before."""
+    """Dataset under study, with results of those parts of the study that already ran."""
 
     name: str
     dataset: Dataset
@@ -82,7 +82,7 @@ class Subject:
 
     @property
     def truth(self) -> Contacts:
-        """First contact of each pinch, from its contact strip or label; None if unknown."""
+        """True first contact of each pinch, from the contact strip or label; None if unknown."""
         return tuple(p.first for p in self.dataset.pinches)
 
     @property
@@ -91,17 +91,20 @@ class Subject:
 
     @property
     def starts(self) -> Contacts:
-        """Contact at which each pinch's window starts: a detected one, or the label without any."""
+        """Contact at which the window of each pinch starts.
+
+        It is the detected contact, or the true one if no detector was run.
+        """
         return self.detections or self.truth
 
     @property
     def levels(self) -> Values:
-        """Distinct values of Shore A in the training pinches."""
+        """Distinct values of Shore A among the training pinches."""
         shore = self.dataset.shore_a[~self.dataset.test]
         return np.unique(shore[np.isfinite(shore)])
 
     def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
-        """Return windows of ``duration`` s with their Shore A.
+        """Return windows of ``duration`` s, labelled by Shore A.
 
         Windows start at ``contacts``, by default at :attr:`starts`.
         """
@@ -115,7 +118,7 @@ class Subject:
         *,
         conditioned: bool = True,
     ) -> LabelledWindows:
-        """Return windows of ``duration`` s with one ``target`` value of each pinch as label.
+        """Return windows of ``duration`` s, labelled by ``target``, which has one value per pinch.
 
         Windows start at ``contacts``, by default at :attr:`starts`. With ``conditioned`` the signal
         is smoothed as in the paper.
@@ -127,7 +130,7 @@ class Subject:
     def cut_windows(
         self, duration: float, contacts: Contacts | None = None, *, conditioned: bool = True
     ) -> Cut:
-        """Return windows of ``duration`` s, and a mask of the pinches that have a whole window.
+        """Return windows of ``duration`` s, and a mask of the pinches that have a complete window.
 
         Windows start at ``contacts``, by default at :attr:`starts`. With ``conditioned`` the signal
         is smoothed as in the paper.
@@ -159,7 +162,7 @@ class Step:
 
 
 def with_ranks(measure: Measure) -> Measure:
-    """Return ``measure`` as a function that does nothing for a dataset without hardness ranks."""
+    """Return a version of ``measure`` that does nothing for a dataset without hardness ranks."""
 
     def measure_ranks(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
         if not np.isfinite(subject.dataset.hardness_rank).any():
@@ -171,7 +174,7 @@ def with_ranks(measure: Measure) -> Measure:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Topic of a study, with the steps, figures, tables, rows and text about it."""
+    """Topic of a study: its measurements, figures, tables, rows and text."""
 
     name: str
     title: str

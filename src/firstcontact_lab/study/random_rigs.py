@@ -1,4 +1,7 @@
-"""Simulated pinches of random rigs, from families that no network was trained on."""
+"""Simulated pinches of random rigs, from families of rigs that no network was trained on.
+
+A family changes the structure of a rig, for example its motor.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +79,7 @@ def _several_object(target: RandomObject, rng: Rng) -> RandomObject:
 
 
 def _gearbox(rng: Rng) -> Change:
-    """Return a function that adds a gearbox's noise to a signal: tones, pink noise, a jolt."""
+    """Return a function that adds a gearbox's noise to a signal: tones, pink noise and a jolt."""
     line, swell = float(rng.uniform(250, 900)), float(rng.uniform(15, 60))
     loud, decay = float(rng.uniform(0.005, 0.03)), float(rng.uniform(0.005, 0.02))
 
@@ -98,7 +101,7 @@ def _gearbox(rng: Rng) -> Change:
 
 
 def _compressive(rng: Rng) -> Change:
-    """Return a function that compresses a signal: large values shrink more than small ones."""
+    """Return a function that compresses a signal: it shrinks large values more than small ones."""
     power, unit = float(rng.uniform(0.65, 0.85)), float(rng.uniform(0.1, 0.5))
 
     def change(signal: Values, rng: Rng) -> Values:
@@ -127,8 +130,8 @@ _MATERIALS = ("lossy", "slow_material", "several")
 class RigScores(Record, frozen=True, kw_only=True):
     """Mean scores of one method over random rigs, with intervals.
 
-    The keys name the scores: RMSE in Shore A, and coverage and width of intervals. ``gains`` are
-    differences from the reference method.
+    The keys name the scores: RMSE in Shore A, coverage of intervals, or width of intervals.
+    ``gains`` are intervals of the difference from a reference method.
     """
 
     scores: dict[str, float]
@@ -136,9 +139,9 @@ class RigScores(Record, frozen=True, kw_only=True):
     gains: dict[str, Ends]
 
     def cell(self, key: str, unit: str) -> Cell:
-        """Return the score ``key`` as a table cell with its interval and its gain.
+        """Return the score ``key`` as a table cell with its interval.
 
-        The gain is that over the reference method, for scores in Shore A.
+        For scores in Shore A, the cell also has the gain over the reference method.
         """
         if key not in self.scores:  # results of an older version
             return format_cell(None, unit)
@@ -150,10 +153,10 @@ class RigScores(Record, frozen=True, kw_only=True):
 
 
 def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigScores]]:
-    """Return mean scores over rigs, with intervals and gains, for each group and method.
+    """Return mean scores over rigs, as a list of methods for each group.
 
-    ``rows`` has the shape (rigs, groups, methods, keys), with squared errors. Gains are over the
-    first method of a group.
+    ``rows`` has the shape (rigs, groups, methods, keys). For an RMSE it holds squared errors. The
+    gains are differences from the first method of a group.
     """
     is_error = np.array([key.split()[-1] not in ("bias", "coverage", "width") for key in keys])
 
@@ -180,14 +183,17 @@ def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigSco
     ]
 
 
-def families_and_jobs(brief: bool, rigs: int) -> tuple[list[str], int, list[tuple[str, int]]]:
-    """Return names of families, number of rigs per family, and a job (family, number) per rig."""
+def plan_rig_jobs(brief: bool, rigs: int) -> tuple[list[str], int, list[tuple[str, int]]]:
+    """Return (names of families, number of rigs per family, jobs).
+
+    There is one job (family, number) per rig. ``brief`` selects few rigs for a quick trial.
+    """
     names, count = (["linear_pad", "several"], 1) if brief else (list(STRUCTURES), rigs)
     return names, count, [(name, number) for number in range(count) for name in names]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JudgedRig:
+class LabelledRig:
     touches: Touches
     shore_a: Values
     uses: NDArray[np.str_]
@@ -197,7 +203,7 @@ class JudgedRig:
     speeds: Values
 
 
-def judged_rig(
+def simulate_labelled_rig(
     name: str,
     number: int,
     seed: int,
@@ -205,12 +211,12 @@ def judged_rig(
     free_speed: bool = False,
     delay: tuple[float, float] = DELAY,
     is_quiet: bool = False,
-) -> JudgedRig:
-    """Simulate rig ``number`` of the family ``name``, and return its labelled contacts.
+) -> LabelledRig:
+    """Simulate rig ``number`` of the family ``name``, and return its contacts with their labels.
 
-    The other options change nothing else of the rig. With ``free_speed``, the closing speed is
-    random. ``delay`` is the mean and standard deviation of the delay of placed contacts, in
-    samples. With ``is_quiet``, the rig has a tenth of its noise and no clicks.
+    With ``free_speed``, the closing speed is random. ``delay`` is (mean, standard deviation) of the
+    time from a contact to where a detector places it, in samples. With ``is_quiet``, the rig has a
+    tenth of its noise and no clicks. These options change nothing else of the rig.
     """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
@@ -258,7 +264,7 @@ def judged_rig(
     )
     touches = replace(touches, radii=np.where(np.isin(uses, (OWN, BLOCK)), np.inf, np.nan))
     lasting = touches.answerable
-    return JudgedRig(
+    return LabelledRig(
         touches.take(lasting),
         shore_a[lasting],
         uses[lasting],
@@ -287,7 +293,10 @@ def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def draw_delay(rng: Rng, delay: tuple[float, float]) -> int:
-    """Return a random delay of a placed contact, in samples. ``delay`` is (mean, deviation)."""
+    """Return a random delay in samples, from a contact to where a detector places it.
+
+    ``delay`` is (mean, standard deviation).
+    """
     return int(np.clip(round(rng.normal(*delay)), -MARGIN, MARGIN))
 
 
@@ -304,7 +313,10 @@ def _pinch(
     is_quiet: bool,
     rng: Rng,
 ) -> tuple[NDArray[np.float32], int, float]:
-    """Simulate a contact. Return its signal, V, number of valid samples, and closing speed, m/s."""
+    """Simulate a contact. Return (signal in V, number of valid samples, closing speed in m/s).
+
+    Samples from the second contact on are not valid.
+    """
     more = MARGIN / _RATE
     lengths = Touches.BEFORE + more, Touches.LONGEST + more
     unheard = replace(rig, noise=_quiet(rig.noise))

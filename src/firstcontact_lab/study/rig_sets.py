@@ -1,6 +1,6 @@
-"""Simulated pinches of blocks and objects by two hands, from seeds that only the study uses.
+"""Simulated pinches of blocks and objects by two hands, for the study part ``generalise``.
 
-Only the time around the contacts is simulated.
+The seeds are used only here. Only the time around the contacts is simulated.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ OTHER_HAND = 1_000_000
 FLAT = 1.0
 
 
-class Use(StrEnum):
-    """Use of a simulated pinch in a comparison: to learn from, or to predict."""
+class PinchUse(StrEnum):
+    """Purpose of a simulated pinch in a comparison: which pinches to learn from, and to predict."""
 
     #: Blocks for conditioning, and blocks of other sessions.
     BLOCKS = "blocks"
@@ -66,7 +66,7 @@ class RigSet:
     stiffnesses: Values
     too_short: float
 
-    def indices(self, use: Use) -> NDArray[np.intp]:
+    def indices(self, use: PinchUse) -> NDArray[np.intp]:
         return np.flatnonzero(self.uses == use)
 
 
@@ -77,7 +77,7 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
     pinches, contacts = [], []
     for pinch in simulate_pinches(jobs, LENGTH):
         pinches.append(pinch)
-        contacts.append(_moved(pinch, int(placed.choice(late))))
+        contacts.append(_contact_later(pinch, int(placed.choice(late))))
     dataset = Dataset(tuple(pinches))
     windows = labelled_windows(dataset, contacts, DURATION, dataset.shore_a)
     touches, indices = Touches.cut(dataset, contacts)
@@ -98,7 +98,7 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Drawn:
-    use: Use
+    use: PinchUse
     label: Label
     draw: PinchDraw
 
@@ -112,13 +112,13 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
     copies = condition.specimens_per_block
     other = seed + OTHER_HAND
     for use, hand, kinds, each, sessions, first, specimens in (
-        (Use.BLOCKS, seed, BLOCKS, sizes.blocks, 8, 0, copies),
-        (Use.HELD, seed, BLOCKS, sizes.held_out, 2, 0, copies),
-        (Use.OBJECTS, seed, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
-        (Use.OTHER_BLOCKS, other, BLOCKS, sizes.other_blocks, 2, 0, copies),
-        (Use.OTHER_OBJECTS, other, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
+        (PinchUse.BLOCKS, seed, BLOCKS, sizes.blocks, 8, 0, copies),
+        (PinchUse.HELD, seed, BLOCKS, sizes.held_out, 2, 0, copies),
+        (PinchUse.OBJECTS, seed, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
+        (PinchUse.OTHER_BLOCKS, other, BLOCKS, sizes.other_blocks, 2, 0, copies),
+        (PinchUse.OTHER_OBJECTS, other, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
         # Other specimens than those to predict, in separate sessions.
-        (Use.KINDS, seed, EVERYDAY_OBJECTS, sizes.kinds, 8, 1, 8),
+        (PinchUse.KINDS, seed, EVERYDAY_OBJECTS, sizes.kinds, 8, 1, 8),
     ):
         for kind in kinds:
             for number in range(each):
@@ -140,6 +140,9 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
                 )
 
 
-def _moved(pinch: Pinch, late: int) -> Contact | None:
-    """Return the first contact of a pinch, ``late`` samples later; None without a contact."""
+def _contact_later(pinch: Pinch, late: int) -> Contact | None:
+    """Return the first contact of a pinch, moved ``late`` samples later.
+
+    Return None if there is no contact.
+    """
     return None if pinch.first is None else replace(pinch.first, sample=pinch.first.sample + late)

@@ -1,4 +1,4 @@
-"""Run of a whole study: its datasets, the order of its steps, and its files."""
+"""Run of a whole study: its datasets, the order of its jobs, and its files."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def plan(
     runner: Runner,
     set_name: str = "recordings",
 ) -> list[Job]:
-    """Return all jobs of a study: first the quick steps of every dataset, then the slow ones."""
+    """Return all jobs of a study: first the quick jobs of every dataset, then the slow ones."""
     subjects: dict[str, Subject] = {}
 
     def job(name: str, load: Callable[[], Dataset], part: str, step: Step) -> Job:
@@ -89,7 +89,7 @@ def plan(
 
 
 def _set_name(recordings: Path | None) -> str:
-    """Return the name under which results mention the recordings: that of their folder or file."""
+    """Return the name of the recordings in results: the name of their folder or file."""
     name = "" if recordings is None else recordings.resolve().stem
     return name.encode("utf-8", "replace").decode() or "recordings"
 
@@ -116,7 +116,10 @@ def recorded(path: Path, out: Path) -> Dataset:
 
 
 def check_sources(path: Path | None, out: Path) -> None:
-    """Raise an InputError if the data at ``path`` cannot be studied. None stands for the twin."""
+    """Raise InputError if the data at ``path`` cannot be studied.
+
+    No ``path`` means a study of the twin.
+    """
     if path is None:
         for condition in CONDITIONS:
             check_marked_folder(out / _RECORDINGS / condition)
@@ -126,7 +129,7 @@ def check_sources(path: Path | None, out: Path) -> None:
 
 
 def _recordings(path: Path) -> list[Path]:
-    """Return the recordings to study, or an empty list if ``path`` holds data to import."""
+    """Return the recordings at ``path``, or an empty list if it holds data to import first."""
     if not path.exists():
         raise FileError(f"{path} does not exist: give a folder of recordings, or data to import")
     recordings, made = _search(path)
@@ -140,7 +143,7 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Return the recordings at a path, and the folders below it that earlier studies made."""
+    """Return (recordings at ``path``, folders below it that earlier studies made)."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

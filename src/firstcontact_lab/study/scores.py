@@ -39,7 +39,7 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = RANDOM_FOLDS) -> list[Split]:
-    """Return random stratified folds. Scores on them are optimistic: only compare them."""
+    """Return random stratified folds. Scores on them are optimistic, so only compare them."""
     from sklearn.model_selection import StratifiedKFold
 
     _, strata, counts = np.unique(classes, return_inverse=True, return_counts=True)
@@ -57,7 +57,8 @@ def random_folds(classes: NDArray[Any], seed: int, folds: int = RANDOM_FOLDS) ->
 def unseen_objects(test: NDArray[np.bool_], shares: Sequence[Group] = ()) -> Split:
     """Return the split that trains on pinches of role ``train`` and tests on role ``test``.
 
-    ``test`` is True for pinches of role ``test``. ``shares`` names what both sides have in common.
+    ``test`` is a mask of the pinches of role ``test``. ``shares`` names what both sides have in
+    common.
     """
     learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
     return Split("unseen objects", learn, ask, frozenset(shares))
@@ -75,7 +76,7 @@ def never_learned(splits: Sequence[Split], classes: NDArray[Any]) -> NDArray[Any
 
 
 class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Scores over ``n`` pinches. The keys are times after the contact, ms."""
+    """Scores on ``n`` pinches, by time after the contact in ms."""
 
     n: int
     rmse: dict[str, float]
@@ -114,7 +115,7 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 def predictions_by_time(
     model: TouchPredictor, touches: Touches, times: Sequence[int] = Touches.SCORED_MS
 ) -> dict[int, Predictions]:
-    """Return the predictions of a model by time after the contact, ms.
+    """Return the predictions of a model, as a dictionary from the time after the contact in ms.
 
     Samples from the second contact on are not used.
     """
@@ -161,7 +162,7 @@ def anytime_scores(
 
 
 def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predictions]:
-    """Return the predictions for several groups of contacts, concatenated at each time, ms."""
+    """Return the predictions for several groups of contacts, concatenated at each time (ms)."""
     joined = {}
     for ms in parts[0]:
         columns = zip(*(part[ms].columns for part in parts), strict=True)
@@ -171,7 +172,7 @@ def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predic
 
 
 def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
-    """Return the errors of the mean prediction of each object. Objects have equal weight."""
+    """Return the errors of the mean prediction of each object. Each object counts equally."""
     error = np.array([o.mean - o.true for o in each.values()])
     return MeanErrors(
         rmse=float(np.sqrt((error**2).mean())),
@@ -183,7 +184,10 @@ def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
 
 
 def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
-    """Return Spearman's rho of ``score`` and ``truth``, with a p-value from permutations."""
+    """Return Spearman's rho of ``score`` and ``truth``, with a p-value from permutations.
+
+    The p-value is two-sided.
+    """
     from itertools import permutations
     from math import factorial
 

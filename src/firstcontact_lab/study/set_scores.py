@@ -1,4 +1,4 @@
-"""Scores of detectors on sets of real recordings, and on the twin with other noise."""
+"""Scores of contact detectors for ``sets``: on real recordings, and on twins with other noise."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ Firsts = list[Contact | None]
 
 
 class DetectorScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector by the first contact that it reports in each pinch."""
+    """Scores of a detector, by the first contact that it reports in each pinch."""
 
     n: int
     placed_2_ms: float
@@ -151,7 +151,7 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
     heard = cut_closings(dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
     if not has_contact.any():
-        return _description(recorded_set), []
+        return _describe_set(recorded_set), []
     labelled = heard.take(has_contact)
     learned = cut_closings(resample_dataset(twin, dataset.layout.rate))
     detectors: dict[str, dict[str, DetectorScores]] = {}
@@ -160,7 +160,9 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
     for name, kind in DETECTORS.items():
         for training in (TWIN, OTHERS) if kind.learns else (UNTRAINED,):
             try:
-                found, fitted = _judged(name, training, labelled, learned, recorded_set.early)
+                found, fitted = _detect_out_of_fold(
+                    name, training, labelled, learned, recorded_set.early
+                )
             except InputError as error:
                 left_out.append(f"{kind.title}, trained on {training}: {error}.")
                 continue
@@ -168,7 +170,7 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
             scores = _scored(labelled, found, recorded_set, fitted)
             detectors.setdefault(name, {})[training] = scores
     main = DETECTORS.default
-    results = replace(_description(recorded_set), n=len(labelled), detectors=detectors or None)
+    results = replace(_describe_set(recorded_set), n=len(labelled), detectors=detectors or None)
     trainings = [training for training in (OTHERS, TWIN, UNTRAINED) if (main, training) in firsts]
     if not trainings:
         return results, left_out
@@ -184,13 +186,13 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
     ), left_out
 
 
-def _judged(
+def _detect_out_of_fold(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """Return the first detected contact of each pinch, and the detectors trained to find it.
+    """Return (first detected contact of each pinch, trained detectors).
 
-    ``training`` selects the pinches to train on, never those of the same specimen. Labels may be
-    ``early`` s too late.
+    ``training`` selects the pinches to train on. Pinches of the same specimen are never among them.
+    Labels may be up to ``early`` s too late.
     """
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
@@ -225,7 +227,9 @@ def _scored(
     alarms = None
     if recorded_set.noise:
         minutes = sum(len(b.data) for b in recorded_set.noise) / recorded_set.layout.rate / 60.0
-        alarms = max(_alarms(d, recorded_set.noise, recorded_set) for d in detectors) / minutes
+        alarms = (
+            max(_count_alarms(d, recorded_set.noise, recorded_set) for d in detectors) / minutes
+        )
     early = recorded_set.early + WITHIN
     with np.errstate(invalid="ignore"):
         good = (places >= -early) & (places <= WITHIN)
@@ -240,8 +244,11 @@ def _scored(
     )
 
 
-def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
-    """Return the number of false alarms in noise. Consecutive windows that fire are one alarm."""
+def _count_alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
+    """Return the number of false alarms in noise.
+
+    Consecutive windows that fire count as one alarm.
+    """
     alarms = 0
     for number, block in enumerate(noise):
         numbered = Block(block.data, block.first_sample, number)
@@ -252,8 +259,11 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
     return alarms
 
 
-def _description(recorded_set: RealSet) -> SetResults:
-    """Return the results of a set without detectors: sensor, sizes, scores of an earlier study."""
+def _describe_set(recorded_set: RealSet) -> SetResults:
+    """Return the results of a set without scores of detectors.
+
+    They are the sensor, the sizes, and the scores of an earlier study.
+    """
     order = real = None
     if recorded_set.study:
         order = recorded_set.study[HARDNESS]
@@ -289,7 +299,7 @@ class NoiseScores(Record, frozen=True, kw_only=True):
 
 
 def noise_scorer(twin: Dataset) -> Callable[[Dataset], NoiseScores]:
-    """Train detectors and an estimator on the twin. Return a function that scores other pinches."""
+    """Train detectors and an estimator on the twin. Return a function that scores a dataset."""
     detectors = {name: make_detector(name).fit(twin) for name in DETECTORS}
     main = detectors[DETECTORS.default]
     contacts = found_as_live(twin, main, 0, Serial())
@@ -308,12 +318,12 @@ def noise_scorer(twin: Dataset) -> Callable[[Dataset], NoiseScores]:
             detectors={kind: score_detector(found, dataset) for kind, found in detectors.items()},
             estimator=ESTIMATORS.default,
             estimated=len(windows),
-            rmse=_root(squares[~windows.test]),
-            rmse_unseen=_root(squares[windows.test]),
+            rmse=_root_mean(squares[~windows.test]),
+            rmse_unseen=_root_mean(squares[windows.test]),
         )
 
     return score
 
 
-def _root(squares: NDArray[np.float64]) -> float | None:
+def _root_mean(squares: NDArray[np.float64]) -> float | None:
     return float(np.sqrt(squares.mean())) if len(squares) else None

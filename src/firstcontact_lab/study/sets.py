@@ -1,4 +1,4 @@
-"""Study of detectors on several sets of real recordings, and on the twin with other noise."""
+"""Command ``sets``: study of detectors on real recordings, and on the twin with other noise."""
 
 from __future__ import annotations
 
@@ -210,9 +210,9 @@ _STIFFNESS = (
 
 
 def stiffness_curves(subjects: Subjects) -> Figure | None:
-    """Return a figure of errors over time, for the twin and all sets with a stiffness.
+    """Return a figure of errors over time, for the twin and all sets with known stiffness.
 
-    It is None if no set has a stiffness.
+    Return None if no set has known stiffness.
     """
     found = {name: s for name, results in subjects.items() if (s := results[STIFFNESS])}
     return time_figure(found, YARDSTICKS) if set(found) - {TWIN_CURVE} else None

@@ -1,8 +1,8 @@
 """Simulated closings of rigs that differ from the twin in motor, noise, start and contact.
 
-The twin simulates only the mechanics of the contact, with a silent motor and parameters outside the
-training range. This module makes all other parts of the signals. No model is trained on these
-closings.
+The study part ``structure`` uses them. The twin simulates only the mechanics of the contact, with a
+silent motor and parameters outside the training range. This module makes all other parts of the
+signals. No model is trained on these closings.
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ def _slow(rng: Rng, n: int, seconds: float) -> Values:
 
 
 def _phase(rng: Rng, rate: Values | float, n: int, jitter: float) -> Values:
-    """Return the angle of a shaft over ``n`` samples, in turns.
+    """Return the angle of a shaft at each of ``n`` samples, in turns.
 
-    ``rate`` is its speed in turns per second, which varies by the share ``jitter``.
+    ``rate`` is the speed in turns per second. It varies by the share ``jitter``.
     """
     speed = rate * (1.0 + jitter * _slow(rng, n, 0.05))
     return rng.random() + np.cumsum(np.broadcast_to(speed, n)) / FINGERTIP_RATE
@@ -100,8 +100,8 @@ def _ring(x: Values, frequency: float, damping: float) -> Values:
 def _brushes(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
     """Return the noise of a brushed motor's commutator: pulses of uneven height.
 
-    ``n`` is the number of samples, ``pace`` the speed relative to the usual one, and ``size`` the
-    rig's numbers by name.
+    ``n`` is the number of samples, and ``pace`` the speed relative to the usual speed. ``size``
+    holds the rig's random parameters by name.
     """
     turns = _phase(rng, 3 * size["rate"] * pace, n, 0.01)
     heights = np.exp(0.5 * rng.standard_normal(997)) * rng.choice((-1.0, 1.0), 997)
@@ -158,9 +158,9 @@ MOTORS: Mapping[str, Motor] = {
 
 
 def _disturbances(rng: Rng, n: int, size: Mapping[str, float]) -> tuple[Values, Values]:
-    """Return clicks of the gears as multiples of the motor's RMS, and its changing loudness.
+    """Return (clicks of the gears, loudness of the motor), with ``n`` samples each.
 
-    Both have ``n`` samples. ``size`` holds the rig's numbers by name.
+    The clicks are multiples of the motor's RMS. ``size`` holds the rig's random parameters by name.
     """
     clicks, swells = np.zeros(n), np.ones(n)
     for start in rng.integers(0, n, rng.poisson(size["clicks"] * n / FINGERTIP_RATE)):
@@ -183,7 +183,7 @@ def _hum(rng: Rng, n: int) -> Values:
 
 
 def _bursts(rng: Rng, n: int) -> Values:
-    """Return white noise with bursts of 0.2 to 3 ms, on average one burst in two seconds."""
+    """Return white noise with bursts of 0.2 to 3 ms. On average, two seconds have one burst."""
     out = _white(rng, n)
     for start in rng.integers(0, n, rng.poisson(0.5 * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -225,7 +225,7 @@ class StructuredRig:
     def closing(self, key: str, target: RandomObject | None, label: Label, free: float) -> Pinch:
         """Simulate a closing from rest on the object ``target``, or on nothing if it is None.
 
-        ``free`` is the time from the motor's start to the contact, s.
+        ``free`` is the time from the start of the motor to the contact, s.
         """
         rng = generator(self.seed, "closing", key)
         begin = round(REST * FINGERTIP_RATE)
@@ -264,7 +264,7 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Return the contacts of both fingers, and the voltages that they cause in both piezos."""
+        """Return (contacts of both fingers, voltages in V that they cause in both piezo discs)."""
         if target is None:
             return (), np.zeros((0, 2))
         draw = draw_pinch(self.seed, CONDITIONS["everyday"], "any", BLOCKS[0], key)
@@ -296,7 +296,7 @@ class StructuredRig:
         ), touch
 
     def _sampled(self, volts: Values) -> NDArray[np.int16]:
-        """Return the samples that a device would send for these voltages, V."""
+        """Return the samples that a device would send for these voltages (V)."""
         layout = fingertip_layout()
         step = 32 * layout.channels[0].scale
         counts = np.floor((volts + PIEZO_OFFSET_VOLTS) / (step * self.coarse)) * self.coarse
@@ -310,7 +310,7 @@ class StructuredRig:
 
 
 def draw_structured(seed: int, motor: str) -> StructuredRig:
-    """Return a random rig with the motor of this name, one of :data:`MOTORS`."""
+    """Return a random rig with the motor ``motor``, one of :data:`MOTORS`."""
     rng = generator(seed, "structured", motor)
     rig = draw_rig(rng)
     finger = rig.finger._replace(
@@ -359,7 +359,10 @@ def _hard_peak(seed: int, rig: RandomRig) -> float:
 
 
 def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
-    """Simulate ``each`` closings on a block of every Shore A in ``levels``, in ``sessions``."""
+    """Simulate closings on blocks: ``each`` closings per Shore A in ``levels``.
+
+    They are divided among ``sessions`` sessions.
+    """
     pinches = []
     for level in levels:
         for number in range(each):
@@ -373,7 +376,7 @@ def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessio
 
 
 def draw_objects(rig: StructuredRig, count: int) -> Dataset:
-    """Simulate closings on random objects, which lose more energy than those in training."""
+    """Simulate closings on random objects, which lose more energy than objects in training."""
     pinches = []
     for number in range(count):
         rng = generator(rig.seed, "object", number)

@@ -1,7 +1,7 @@
-"""Any-time estimator that is made of one window model for each window length.
+"""Any-time estimator that consists of one window model for each window length.
 
-Each model has a conformal interval from held-out sessions. So registered estimators and users'
-regressors can be compared with the network.
+Each model has a conformal interval from held-out sessions. With it, the study compares registered
+estimators and users' regressors with the network.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Predict = Callable[[Windows], Values]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rung:
-    """Model of one window length. If it had too few held-out windows, it has no interval."""
+    """Model of one window length. It has no interval if there were too few held-out windows."""
 
     samples: int
     predict: Predict
@@ -41,9 +41,9 @@ class _Rung:
 
 
 class LadderModel:
-    """Any-time model made of window models of several lengths.
+    """Any-time model that consists of window models of several lengths.
 
-    The longest one whose window ends before the second contact predicts.
+    For each contact, it uses the longest window that ends before the second contact.
     """
 
     def __init__(self, rungs: Sequence[_Rung]) -> None:
@@ -88,7 +88,7 @@ def fit_window_ladder(
     *,
     seed: int = 0,
 ) -> LadderModel:
-    """Fit an estimator, or a user's regressor, to windows of each length in use."""
+    """Fit an estimator, or a user's regressor, to windows of each length. Return the model."""
 
     def fit(X: Windows, y: Values, groups: Groups) -> Predict:
         made = make_estimator(estimator, Task.REGRESSION, touches.rate)

@@ -12,7 +12,7 @@ from firstcontact.models.labelled_data import LabelledWindows
 from firstcontact.models.registry import window_estimators
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study.comparison import MASKED, NETWORK, Competitor, Query, answer
-from firstcontact_lab.study.off_blocks import Answered, score_off_blocks
+from firstcontact_lab.study.off_blocks import RigSetPredictions, score_off_blocks
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts import generalise as part
 from firstcontact_lab.study.parts.generalise import (
@@ -20,7 +20,7 @@ from firstcontact_lab.study.parts.generalise import (
     objects_off_blocks,
     others_off_blocks,
 )
-from firstcontact_lab.study.rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study.rig_sets import PinchUse, RigSet, Sizes, rig_set
 
 SIZES = Sizes(blocks=4, held_out=2, objects=3, other_blocks=2, kinds=4)
 
@@ -33,22 +33,22 @@ def small() -> RigSet:
 def test_a_set_has_every_use_and_shares_no_specimen_with_the_floor(small: RigSet) -> None:
     n = len(small.windows)
     assert len(small.touches) == len(small.uses) == len(small.radii) == n
-    counts = {use: len(small.indices(use)) for use in Use}
+    counts = {use: len(small.indices(use)) for use in PinchUse}
     assert min(counts.values()) > 0
     assert sum(counts.values()) == n
     specimens = small.windows.specimens
-    floor = set(specimens[small.indices(Use.KINDS)])
-    assert not floor & set(specimens[small.indices(Use.OBJECTS)])
-    assert set(specimens[small.indices(Use.OBJECTS)]) == set(
-        specimens[small.indices(Use.OTHER_OBJECTS)]
+    floor = set(specimens[small.indices(PinchUse.KINDS)])
+    assert not floor & set(specimens[small.indices(PinchUse.OBJECTS)])
+    assert set(specimens[small.indices(PinchUse.OBJECTS)]) == set(
+        specimens[small.indices(PinchUse.OTHER_OBJECTS)]
     )
     sessions = small.windows.sessions
-    for use, other in ((Use.BLOCKS, Use.HELD), (Use.OBJECTS, Use.KINDS)):
+    for use, other in ((PinchUse.BLOCKS, PinchUse.HELD), (PinchUse.OBJECTS, PinchUse.KINDS)):
         assert not set(sessions[small.indices(use)]) & set(sessions[small.indices(other)])
 
 
 def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
-    ask = small.indices(Use.BLOCKS)
+    ask = small.indices(PinchUse.BLOCKS)
     predictions = Query(Competitor("modulus", "modulus"), 0, "any", ask[:0], ask)
     values = answer(predictions, [small], 0)
     assert np.abs(values - small.windows.y[ask]).max() < 12.0
@@ -57,14 +57,16 @@ def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
 
 
 def test_who_is_told_the_stiffness_learns_it_on_these_blocks(small: RigSet) -> None:
-    learn, ask = small.indices(Use.BLOCKS), small.indices(Use.HELD)
+    learn, ask = small.indices(PinchUse.BLOCKS), small.indices(PinchUse.HELD)
     labelled_contacts = np.exp(small.windows.y / 20)
     predictions = Query(Competitor("contact_stiffness", "stiffness"), 0, "any", learn, ask)
     values = answer(predictions, [replace(small, stiffnesses=labelled_contacts)], 0)
     assert values == pytest.approx(small.windows.y[ask])
 
 
-def answered(errors: dict[Use, float], place: int = 0, question: str = "any") -> Answered:
+def answered(
+    errors: dict[PinchUse, float], place: int = 0, question: str = "any"
+) -> RigSetPredictions:
     """Return six predictions for each use in ``errors``, all with that use's error."""
     uses = np.repeat([use.value for use in errors], 6)
     wrong = np.repeat(list(errors.values()), 6)
@@ -74,15 +76,15 @@ def answered(errors: dict[Use, float], place: int = 0, question: str = "any") ->
         np.zeros((len(y), 4, 1), np.float32), y, names, names, names,
         np.ones(len(y), bool), np.arange(len(y)), 4936.0,
     )  # fmt: skip
-    return Answered(question, place, queries, uses, y + wrong)
+    return RigSetPredictions(question, place, queries, uses, y + wrong)
 
 
 def test_scores_are_those_of_constant_errors() -> None:
     parts = [
-        answered({Use.OBJECTS: 4.0, Use.HELD: -2.0}),
-        answered({Use.OTHER_OBJECTS: 3.0}),
-        answered({Use.BLOCKS: 1.0}, question="30"),
-        answered({Use.BLOCKS: 5.0}, question="60"),
+        answered({PinchUse.OBJECTS: 4.0, PinchUse.HELD: -2.0}),
+        answered({PinchUse.OTHER_OBJECTS: 3.0}),
+        answered({PinchUse.BLOCKS: 1.0}, question="30"),
+        answered({PinchUse.BLOCKS: 5.0}, question="60"),
     ]
     computed = score_off_blocks(parts, {}, 0)
     assert (computed.sets, computed.options, computed.intervals) == (1, None, {})
@@ -93,7 +95,7 @@ def test_scores_are_those_of_constant_errors() -> None:
 
 
 def test_three_pinches_average_what_cancels_out() -> None:
-    entry = answered({Use.OBJECTS: 0.0})
+    entry = answered({PinchUse.OBJECTS: 0.0})
     signs = entry.values + np.tile([3.0, -3.0, 0.0], 2)
     computed = score_off_blocks([replace(entry, values=signs)], {}, 0)
     assert computed.three_pinches < computed.objects
@@ -101,7 +103,9 @@ def test_three_pinches_average_what_cancels_out() -> None:
 
 def test_intervals_are_over_sets() -> None:
     errors = (1, 7, 1, 7, 1, 7)
-    parts = [answered({Use.OBJECTS: float(error)}, place) for place, error in enumerate(errors)]
+    parts = [
+        answered({PinchUse.OBJECTS: float(error)}, place) for place, error in enumerate(errors)
+    ]
     computed = score_off_blocks(parts, {"epochs": 1}, 0)
     assert computed.sets == 6
     assert computed.objects == pytest.approx(5.0)

@@ -29,20 +29,20 @@ from firstcontact_lab.study.random_rigs import (
     FREE_SPEED,
     OWN,
     RANDOM,
-    judged_rig,
+    simulate_labelled_rig,
 )
 
 
 @pytest.mark.parametrize("name", ["gearbox", "compressive", "several"])
 def test_a_rig_depends_on_its_arguments_alone(name: str) -> None:
-    first, again, other = (judged_rig(name, 0, seed) for seed in (4, 4, 5))
+    first, again, other = (simulate_labelled_rig(name, 0, seed) for seed in (4, 4, 5))
     np.testing.assert_array_equal(first.touches.signals, again.touches.signals)
     np.testing.assert_array_equal(first.shore_a, again.shore_a)
     assert not np.array_equal(first.shore_a[:5], other.shore_a[:5])
 
 
 def test_no_session_or_object_is_both_learned_and_scored() -> None:
-    rig = judged_rig("edge", 0, 4)
+    rig = simulate_labelled_rig("edge", 0, 4)
     assert set(rig.uses) == {OWN, BLOCK, EVERYDAY, RANDOM}
     learned, scored = (set(rig.sessions[is_use]) for is_use in (rig.uses == OWN, rig.uses != OWN))
     assert not learned & scored
@@ -51,9 +51,9 @@ def test_no_session_or_object_is_both_learned_and_scored() -> None:
 
 
 def test_a_rig_that_is_placed_alike_or_quiet_differs_in_nothing_else() -> None:
-    rig = judged_rig("linear_pad", 0, 4)
-    alike = judged_rig("linear_pad", 0, 4, delay=ALIKE)
-    quiet = judged_rig("linear_pad", 0, 4, is_quiet=True)
+    rig = simulate_labelled_rig("linear_pad", 0, 4)
+    alike = simulate_labelled_rig("linear_pad", 0, 4, delay=ALIKE)
+    quiet = simulate_labelled_rig("linear_pad", 0, 4, is_quiet=True)
     # A few contacts end before the first estimate with one delay, and not with the other.
     drawn, again = (
         set(zip(one.objects, one.shore_a, one.speeds, strict=True)) for one in (rig, alike)
@@ -84,7 +84,7 @@ def test_each_method_is_scored_against_the_network() -> None:
 def test_free_speeds_are_spread_over_their_range() -> None:
     usual, free = (
         np.log(rig.speeds[rig.uses == OWN]).std()
-        for rig in (judged_rig("edge", 0, 4, free_speed=free) for free in (False, True))
+        for rig in (simulate_labelled_rig("edge", 0, 4, free_speed=free) for free in (False, True))
     )
     uniform = np.log(FREE_SPEED[1] / FREE_SPEED[0]) / np.sqrt(12)
     assert free == pytest.approx(np.hypot(usual, uniform), rel=0.25)

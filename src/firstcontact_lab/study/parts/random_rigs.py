@@ -34,11 +34,11 @@ from firstcontact_lab.study.random_rigs import (
     RANDOM,
     STRIPS,
     STRUCTURES,
-    JudgedRig,
+    LabelledRig,
     RigScores,
-    families_and_jobs,
-    judged_rig,
+    plan_rig_jobs,
     rig_scores,
+    simulate_labelled_rig,
 )
 from firstcontact_lab.study.scores import predictions_by_time
 from firstcontact_lab.study.window_ladder import LadderModel, fit_window_ladder
@@ -95,7 +95,7 @@ class RandomRigs(Record, frozen=True, kw_only=True):
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
-    names, rigs, jobs = families_and_jobs(settings.brief, RIGS)
+    names, rigs, jobs = plan_rig_jobs(settings.brief, RIGS)
     rows = np.array(runner.map(_scores_of_rig, jobs, SEED))
     (scores,) = rig_scores(rows[:, None], KEYS, settings.seed)
     methods = dict(zip(METHODS, scores, strict=True))
@@ -112,10 +112,10 @@ def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
 
     ``job`` is the family of the rig and its number.
     """
-    rig = judged_rig(*job, seed)
+    rig = simulate_labelled_rig(*job, seed)
     told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
-    exact, strips = (judged_rig(*job, seed, delay=delay) for delay in (ALIKE, STRIPS))
-    quiet = judged_rig(*job, seed, is_quiet=True)
+    exact, strips = (simulate_labelled_rig(*job, seed, delay=delay) for delay in (ALIKE, STRIPS))
+    quiet = simulate_labelled_rig(*job, seed, is_quiet=True)
     predictions = {name: (rig, predict) for name, predict in _predictions(rig).items()} | {
         "combined_told": (told, _timed(_adapted(told), told.radii)),
         "combined_exact": (exact, _timed(_adapted(exact))),
@@ -130,13 +130,13 @@ Predicted = tuple[Values, Values, Values, Values]
 Predict = Callable[[Touches, int], Predicted]
 
 
-def _block_pinches(rig: JudgedRig) -> tuple[Touches, Values, NDArray[np.str_]]:
+def _block_pinches(rig: LabelledRig) -> tuple[Touches, Values, NDArray[np.str_]]:
     """Return the rig's contacts with blocks to adapt to, their Shore A, and their sessions."""
     is_own = rig.uses == OWN
     return rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
 
 
-def _adapted(rig: JudgedRig) -> RigModel:
+def _adapted(rig: LabelledRig) -> RigModel:
     model = adapt_combined(pretrained(), *_block_pinches(rig)).model
     assert model.regressions
     return model
@@ -160,7 +160,7 @@ def _windows(ladder: LadderModel) -> Predict:
     return predict
 
 
-def _predictions(rig: JudgedRig) -> dict[str, Predict]:
+def _predictions(rig: LabelledRig) -> dict[str, Predict]:
     pinches, combined = _block_pinches(rig), _adapted(rig)
     network = combined.network_alone()
     none = np.zeros(len(Rig.STAGES))
@@ -181,7 +181,7 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
     }
 
 
-def _scores(rig: JudgedRig, predict: Predict) -> list[float]:
+def _scores(rig: LabelledRig, predict: Predict) -> list[float]:
     answers = [predict(rig.touches, ms) for ms in TIMES]
     out = []
     middle = TIMES.index(MIDDLE)
@@ -316,7 +316,7 @@ class ClosingSpeeds(Record, frozen=True, kw_only=True):
 def measure_speed(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
-    names, rigs, jobs = families_and_jobs(settings.brief, SPEED_RIGS)
+    names, rigs, jobs = plan_rig_jobs(settings.brief, SPEED_RIGS)
     scores: dict[str, dict[str, dict[str, RigScores]]] = {}
     for kind in SPEEDS:
         rows = np.array(runner.map(_speed_scores_of_rig, jobs, SPEED_SEED, kind == "free"))
@@ -335,15 +335,15 @@ def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[li
 
     ``job`` is the family of the rig and its number. With ``free``, the speed is random.
     """
-    rig = judged_rig(*job, seed, free_speed=free)
+    rig = simulate_labelled_rig(*job, seed, free_speed=free)
     rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
     scores = [_speed_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]
     return [list(of_model) for of_model in zip(*scores, strict=True)]
 
 
 def _measured(
-    rig: JudgedRig, measured: tuple[float, bool] | None, rng: np.random.Generator
-) -> JudgedRig:
+    rig: LabelledRig, measured: tuple[float, bool] | None, rng: np.random.Generator
+) -> LabelledRig:
     """Return the rig with measured closing speeds, or unchanged if ``measured`` is None.
 
     ``measured`` is (relative error of the speeds, True if the model gets to know this error).
@@ -356,7 +356,7 @@ def _measured(
     return replace(rig, touches=replace(rig.touches, speeds=speeds, speed_errors=errors))
 
 
-def _speed_scores(rig: JudgedRig) -> list[list[float]]:
+def _speed_scores(rig: LabelledRig) -> list[list[float]]:
     """Return mean squared error and coverage of each model on one rig, (models, ``SPEED_KEYS``)."""
     model = _adapted(rig)
     out = []

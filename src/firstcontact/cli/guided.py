@@ -137,7 +137,6 @@ class Terminal(Screen):
             print(f"\r{line.ljust(self._width)}", end="", flush=True)
 
     def _say_and_reset_timer(self, line: str) -> None:
-        """Print a line about the hand, and restart the time until the next "waiting for" line."""
         self.say(line)
         self._reminded_at = self._source.health.samples
 

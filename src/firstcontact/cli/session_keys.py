@@ -66,7 +66,7 @@ def _standard_input() -> int | None:
 
 
 def _disable_line_input(number: int) -> list[Any] | None:
-    """Let a terminal deliver each key at once, without Enter. Return its former settings.
+    """Make a terminal deliver each key at once, without Enter. Return its former settings.
 
     ``number`` is a file descriptor. If it is not a terminal, or this program is not in the
     foreground, change nothing and return None.

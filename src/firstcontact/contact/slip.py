@@ -135,40 +135,40 @@ class PowerSlipDetector(SlipDetector):
             if self._held is not None:
                 self.hold()
         high, self._state = sosfilt(self._sections, volts - self._offset, axis=0, zi=self._state)
-        held = self._held
-        if held is None:
+        hold = self._held
+        if hold is None:
             return []
-        begin = block.end - len(block.data) - len(held.part)
-        part = np.concatenate([held.part, high])
+        begin = block.end - len(block.data) - len(hold.part)
+        part = np.concatenate([hold.part, high])
         whole = len(part) // self._piece * self._piece
-        held.part = part[whole:]
+        hold.part = part[whole:]
         return [
             begin + start + self._piece - 1
             for start in range(0, whole, self._piece)
-            if self._slips(held, np.mean(part[start : start + self._piece] ** 2, axis=0))
+            if self._slips(hold, np.mean(part[start : start + self._piece] ** 2, axis=0))
         ]
 
-    def _slips(self, held: _Hold, power: NDArray[np.float64]) -> bool:
+    def _slips(self, hold: _Hold, power: NDArray[np.float64]) -> bool:
         """Return True at the start of a slip, and every 50 ms while the slip continues.
 
         ``power`` is that of the newest piece (2.5 ms) of samples, V², shape (fingers,).
         """
-        if held.rest is None:
-            held.sum += power
-            held.count += 1
-            if held.count == round(LEARNED / PIECE):
-                held.rest = np.maximum(held.sum / held.count, np.finfo(float).tiny)
+        if hold.rest is None:
+            hold.sum += power
+            hold.count += 1
+            if hold.count == round(LEARNED / PIECE):
+                hold.rest = np.maximum(hold.sum / hold.count, np.finfo(float).tiny)
             return False
-        ratio = power / held.rest
-        held.loud = [*held.loud[1 - PIECES :], float(ratio.mean())]
-        held.silent = max(held.silent - 1, 0)
-        if len(held.loud) < PIECES:
+        ratio = power / hold.rest
+        hold.loud = [*hold.loud[1 - PIECES :], float(ratio.mean())]
+        hold.silent = max(hold.silent - 1, 0)
+        if len(hold.loud) < PIECES:
             return False
-        self.loudness = min(held.loud)
+        self.loudness = min(hold.loud)
         if self.loudness <= self.threshold:
-            held.rest *= 1.0 + PIECE / FOLLOWED * (np.minimum(ratio, 2.0) - 1.0)
+            hold.rest *= 1.0 + PIECE / FOLLOWED * (np.minimum(ratio, 2.0) - 1.0)
             return False
-        if held.silent:
+        if hold.silent:
             return False
-        held.silent = round(AGAIN / PIECE)
+        hold.silent = round(AGAIN / PIECE)
         return True

@@ -235,7 +235,7 @@ class SafeHand(Hand):
             self._hand.close()
 
     def _let_go(self) -> None:
-        """Let the watchdog thread open the hand now. Signal handlers call this method."""
+        """Wake the watchdog thread to open the hand now. Signal handlers call this method."""
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()

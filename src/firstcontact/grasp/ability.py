@@ -147,7 +147,7 @@ class AbilityHand(Hand):
         return list(self._positions)
 
     def send(self, command: Command) -> None:
-        """Send a command. The hand follows it until the next one, but for at most 0.3 s."""
+        """Send a command. The hand follows it until the next command, but for at most 0.3 s."""
         with self._change:
             if self._thread is None or self._closing:
                 raise HandError(f"the hand {self.name!r} is not open: use it in a with block")

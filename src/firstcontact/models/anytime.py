@@ -238,9 +238,10 @@ class PredictorLadder(Predictor):
         return self._steps[samples].predict(signal, samples, finger, hints)
 
     def chain_constants(self) -> Constants:
-        """Return the constants that the C chain needs: those of all SVMs, or signal lengths only.
+        """Return the constants that the C chain needs, which describe all SVMs.
 
-        With signal lengths only, the chain calls :meth:`predict` in Python.
+        If some models are not SVMs, or there are too many, return signal lengths only. The chain
+        then calls :meth:`predict` in Python.
         """
         each = [self._steps[n].chain_constants() for n in self.lengths]
         svms = [svm for c in each if isinstance(c, WindowConstants) for svm in c.svms]

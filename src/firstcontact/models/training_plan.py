@@ -94,14 +94,15 @@ def make_plan(
     if task not in tuple(Task):
         raise ArgumentError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
     if not issubclass(kind, Estimator):
-        _check_network(task, durations, level, rate)
+        _check_network_options(task, durations, level, rate)
         durations = []
     lengths = tuple(sorted(durations))
     return Plan(estimator, kind, Task(task), lengths, level, rate, seed, is_explicit)
 
 
-def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Raise ArgumentError if the network does not support one of these options."""
+def _check_network_options(
+    task: str, windows: Sequence[float], level: float, rate: float | None
+) -> None:
     base = pretrained()
     is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
     refusals = {

@@ -131,7 +131,7 @@ def train(
     """
     plan = make_plan(estimator, task, windows, level, rate, seed)
     recorded = training_pinches(data)
-    dataset, notes = _resample_to(recorded, plan.model_rate(recorded))
+    dataset, notes = _resample_pinches(recorded, plan.model_rate(recorded))
     plan.check_sizes(dataset.layout.rate)
     with (
         parallel(worker_count(workers)) as runner,
@@ -267,7 +267,7 @@ def train_detector(
 
     ``detector`` names it. Pinches with known contacts are resampled to ``rate``, Hz, if given.
     """
-    dataset, notes = _resample_to(training_pinches(data), rate)
+    dataset, notes = _resample_pinches(training_pinches(data), rate)
     fitted = fit_detector(dataset, detector)
     return Model(fitted, notes=tuple(notes), detector_data=detector_data(fitted, dataset))
 
@@ -370,7 +370,7 @@ def training_pinches(data: Dataset) -> Dataset:
     return dataset
 
 
-def _resample_to(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
+def _resample_pinches(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
     """Return the pinches at the sampling rate ``rate``, Hz, and a note if this changed the rate.
 
     ``rate`` None keeps the rate.

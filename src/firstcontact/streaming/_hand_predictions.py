@@ -1,4 +1,4 @@
-"""Comparison of a device's own predictions with those of this computer, pinch by pinch."""
+"""Comparison of a device's predictions with predictions by this computer, pinch by pinch."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Prediction = ContactEvent | ContactWithdrawn | Estimate | NoEstimate
 
 
 class HandPredictions:
-    """Collector of a device's predictions, which compares them with those of this computer."""
+    """Collector that compares a device's predictions with predictions by this computer."""
 
     def __init__(self, model: str, rate: float, checked: bool) -> None:
         self._model = model

@@ -152,7 +152,7 @@ class _Feeder:
 
 
 class Fanout:
-    """Distributor that passes every update to every sink, each in a thread of its own."""
+    """Distributor that passes every update to every sink. Each sink has its own thread."""
 
     def __init__(
         self,

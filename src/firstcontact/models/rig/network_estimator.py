@@ -66,7 +66,7 @@ class Adapted:
 
     @property
     def by_finger(self) -> bool:
-        """True if each finger counts as a rig of its own, False if all fingers are one rig."""
+        """True if each finger is a separate rig, False if all fingers are one rig."""
         return len(self.model.rigs) > 1
 
     @property

@@ -326,7 +326,6 @@ def _to_svm_model(
     target: NDArray[np.float64],
     parameters: NDArray[np.float64],
 ) -> SvmModel:
-    """Convert a fitted SVC or SVR of scikit-learn into a model of this package."""
     weights, bias = machine.dual_coef_, machine.intercept_
     if spec.task is Task.CLASSIFICATION:
         if len(spec.classes) == 2:  # only here a positive value means the second class

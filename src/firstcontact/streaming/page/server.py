@@ -157,7 +157,7 @@ class _Viewer:
             await asyncio.sleep(PAUSE)
 
     def drop(self) -> None:
-        """Disconnect the viewer at once, without waiting for its reply."""
+        """Disconnect the viewer at once. A usual closing would wait for a reply."""
         self.connection.transport.abort()
 
 

@@ -225,7 +225,7 @@ class Journal:
         try:
             self._stream.truncate(self._end)
             self._stream.seek(self._end)
-            unwritten = memoryview(_line(entry))
+            unwritten = memoryview(_encode_line(entry))
             while unwritten:
                 unwritten = unwritten[self._stream.write(unwritten) :]
             os.fsync(self._stream.fileno())
@@ -258,7 +258,7 @@ class Journal:
         remedy = "move it away to start again, or choose another folder"
         if not end:
             # A crash can cut off the first line. A power cut can leave zeros instead of labels.
-            if not _line(opened).startswith(raw):
+            if not _encode_line(opened).startswith(raw):
                 raise FileError(
                     f"{self.path} is damaged (none of its {len(raw)} bytes can be read): {remedy}"
                 )
@@ -281,6 +281,5 @@ class Journal:
         )
 
 
-def _line(entry: Opened | Action) -> bytes:
-    """Encode an entry of the journal as one line of JSON."""
+def _encode_line(entry: Opened | Action) -> bytes:
     return json.dumps(asdict(entry), ensure_ascii=False).encode() + b"\n"

@@ -298,7 +298,6 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
 
 
 def has_array_faults(measured: Measured, finger: Finger) -> bool:
-    """Return True if the presses on a finger show a fault of its force array."""
     return bool(array_faults(_rise_above_rest(measured, measured.presses[finger], finger)))
 
 

@@ -111,9 +111,9 @@ def temporary_path(path: Path) -> Iterator[Path]:
     The temporary folder is removed at the end. Folders that killed writers left are removed first.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    for leftover in _siblings(path, "part"):
+    for leftover in _abandoned_folders(path, "part"):
         _remove_if_dead(leftover)
-    folder, lock = _make_locked(path)
+    folder, lock = _create_locked_folder(path)
     try:
         yield folder / path.name
     finally:
@@ -186,7 +186,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
         with temporary_path(path) as new:
             if (displaced := displaced_folder(path)) is not None:
                 displaced.rename(path)
-            for leftover in _siblings(path, "old"):
+            for leftover in _abandoned_folders(path, "old"):
                 shutil.rmtree(leftover, ignore_errors=True)
             new.mkdir()
             yield new
@@ -237,7 +237,9 @@ def displaced_folder(path: Path) -> Path | None:
     path = resolved(path)
     if path.exists() or not path.parent.is_dir():
         return None
-    return max(_siblings(path, "old"), key=lambda old: old.lstat().st_ctime_ns, default=None)
+    return max(
+        _abandoned_folders(path, "old"), key=lambda old: old.lstat().st_ctime_ns, default=None
+    )
 
 
 def write_text(path: Path, text: str) -> None:
@@ -251,7 +253,7 @@ def write_json(path: Path, tree: Any) -> None:
     write_text(path, json.dumps(tree, indent=2, allow_nan=False) + "\n")
 
 
-def _siblings(path: Path, kind: str) -> list[Path]:
+def _abandoned_folders(path: Path, kind: str) -> list[Path]:
     """Return the folders next to ``path`` that writers of ``path`` left behind.
 
     For ``kind`` "part" these are temporary folders, and for "old" folders with replaced contents.
@@ -260,7 +262,7 @@ def _siblings(path: Path, kind: str) -> list[Path]:
     return [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]
 
 
-def _make_locked(path: Path) -> tuple[Path, int]:
+def _create_locked_folder(path: Path) -> tuple[Path, int]:
     """Create and lock a temporary folder next to ``path``.
 
     Return the folder and the file descriptor of the lock.

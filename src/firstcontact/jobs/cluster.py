@@ -150,5 +150,4 @@ def _check(client: Client, address: str) -> None:
 
 
 def _without_build_tag(number: str | None) -> str:
-    """Return a version without its build tag (the part from ``+`` on); "none" for None."""
     return (number or "none").partition("+")[0]

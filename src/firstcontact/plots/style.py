@@ -43,7 +43,7 @@ def figure_label(name: str, most: int = MOST) -> str:
 
     Characters that the font lacks become codes such as "U+2603".
     """
-    glyphs = _glyphs()
+    glyphs = _font_code_points()
     out = ""
     for character in " ".join(name[: 4 * most].split()):
         is_drawable = ord(character) in glyphs and character.isprintable()
@@ -52,8 +52,7 @@ def figure_label(name: str, most: int = MOST) -> str:
 
 
 @lru_cache(maxsize=1)
-def _glyphs() -> frozenset[int]:
-    """Return the code points of the characters that the figures' font can draw."""
+def _font_code_points() -> frozenset[int]:
     from matplotlib.font_manager import findfont, get_font
 
     return frozenset(get_font(findfont(PLAIN["font.family"])).get_charmap())

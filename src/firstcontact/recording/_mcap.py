@@ -66,7 +66,6 @@ def _text(text: str) -> bytes:
 
 
 def _encode_mapping(numbers: Mapping[int, int]) -> bytes:
-    """Encode a mapping from 16-bit to 64-bit numbers in the format of MCAP."""
     pairs = b"".join(struct.pack("<HQ", *pair) for pair in numbers.items())
     return struct.pack("<I", len(pairs)) + pairs
 

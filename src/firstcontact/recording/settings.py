@@ -48,7 +48,6 @@ ROUNDING = 1e-3
 
 
 def _parse_or_nan(value: Any) -> float:
-    """Convert a value from a file to float; NaN if it is not a number."""
     try:
         return parse_float(as_text(value))
     except ValueError:

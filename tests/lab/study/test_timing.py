@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from firstcontact_lab.study.parts.inference import Timed, timed
+from firstcontact_lab.study.parts.inference import Timed, measure_durations
 
 
 def test_preempted_calls_are_apart() -> None:
@@ -16,7 +16,7 @@ def test_preempted_calls_are_apart() -> None:
 
 def test_every_call_is_made_and_timed() -> None:
     seen: list[int] = []
-    timing = timed(seen.append, [1, 2, 3], 7)
+    timing = measure_durations(seen.append, [1, 2, 3], 7)
     assert len(timing.microseconds) == len(timing.preempted) == 7
     assert seen[-7:] == [1, 2, 3, 1, 2, 3, 1]
     assert (timing.microseconds > 0).all()

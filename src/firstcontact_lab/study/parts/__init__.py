@@ -1,4 +1,4 @@
-"""Parts of a study by name, in the order of the report."""
+"""Parts of a study, by name, in the order of the report."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ PARTS: Registry[Part] = Registry(
 
 
 def chosen_parts(names: Sequence[str]) -> dict[str, Part]:
-    """Return the parts with these names and all parts that they need.
+    """Return the parts with these names, and all parts that they need, by name.
 
-    Default parts for no names.
+    Without names, return the default parts.
     """
     chosen: set[str] = set()
 

@@ -1,4 +1,4 @@
-"""Time from the contact to a complete window."""
+"""Study part ``answer_time``: time from the contact to a complete window."""
 
 from __future__ import annotations
 
@@ -64,16 +64,17 @@ def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
     return max(contact.decided, last + Conditioner(layout).lookahead)
 
 
-def waits(
+def wait_times(
     dataset: Dataset,
     contacts: Sequence[Contact | None],
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known true contact, and the time from that contact to an estimate, s.
+    """Yield each pinch that has a known true contact, with the time to its estimate, s.
 
-    The time is None if the detected contact is wrong or missing. ``answer_sample`` returns the
-    sample with which an estimate is complete. Labels may be ``early`` s too late.
+    The time starts at the true contact. It is None if the detected contact is wrong or missing.
+    ``answer_sample`` returns the sample that completes the estimate. Labels may be up to ``early``
+    s too late.
     """
     waited = resampler_lookahead(dataset)
     for pinch, contact in zip(dataset.pinches, contacts, strict=True):
@@ -87,7 +88,7 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and their number.
+    """Return (share of pinches with an estimate before the second contact, number of pinches).
 
     Only pinches with a known second contact count. Without such pinches, both are None.
     """
@@ -102,7 +103,7 @@ def _times(subject: Subject, duration: float, early: float) -> Answers:
     contacts = [
         c if complete else None for c, complete in zip(subject.detections, is_complete, strict=True)
     ]
-    answers = list(waits(dataset, contacts, lambda p, c: answered(p, c, duration), early))
+    answers = list(wait_times(dataset, contacts, lambda p, c: answered(p, c, duration), early))
     delays_ms = [1e3 * seconds for _, seconds in answers if seconds is not None]
     delays = quantiles(np.array(delays_ms)) if delays_ms else None
     share, with_second = before_second(answers)

@@ -1,4 +1,4 @@
-"""Scores of any-time estimators at several times after the contact."""
+"""Study part ``anytime``: scores of any-time estimators at several times after the contact."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from firstcontact_lab.report.tables import (
     optional,
 )
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, titled
-from firstcontact_lab.study.parts.answer_time import before_second, waits
+from firstcontact_lab.study.parts.answer_time import before_second, wait_times
 from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.scores import (
     AnytimeScores,
@@ -63,7 +63,10 @@ class OtherScores(Record, frozen=True, kw_only=True):
 
 
 class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
-    """Scores of ``estimator`` on unseen objects. A dataset without them has held-out sessions."""
+    """Scores of ``estimator`` on unseen objects, by time after the contact.
+
+    For a dataset without unseen objects, they are scores on held-out sessions.
+    """
 
     pinches: str = field(name="asked")
     level: float
@@ -147,7 +150,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> LabelledTouches | None:
-    """Return the training contacts that the network is conditioned on; None if they are too few."""
+    """Return the training contacts on which the network is conditioned, or None for too few."""
     home = labelled.take(labelled.touches.answerable & ~subject.dataset.test[labelled.rows])
     return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
 
@@ -173,8 +176,8 @@ def _predict(
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
     """Adapt all estimators to the training side of a split, and predict its test side.
 
-    Return the adapted default model, and the predictions by estimator and time, ms. If the split
-    has no test side, ``objects`` are predicted.
+    Return (adapted default model, predictions by estimator and time in ms). If the split has no
+    test side, predict ``objects``.
     """
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
@@ -209,7 +212,7 @@ def _block_scores(
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:
-    """Return the error of the default window estimator, or None if it has no whole windows."""
+    """Return the error of the default window estimator, or None if no window is complete."""
     name = ESTIMATORS.default
     if (name, UNSEEN) not in subject.predictions:
         return None
@@ -227,9 +230,10 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 
 
 def known_before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and their number.
+    """Return (share of pinches with an estimate before the second contact, number of pinches).
 
-    Both are None if it is unknown for all pinches. Labels may be ``early`` s too late.
+    Only pinches for which this is known count. Without such pinches, both are None. Labels may be
+    up to ``early`` s too late.
     """
     dataset = subject.dataset
     if not subject.detections:
@@ -237,7 +241,7 @@ def known_before_second(subject: Subject, early: float) -> tuple[float | None, i
     shortest = Touches.lengths(dataset.layout.rate)[0]
     return before_second(
         list(
-            waits(
+            wait_times(
                 dataset,
                 subject.detections,
                 lambda pinch, contact: max(contact.decided, contact.sample + shortest - 1),

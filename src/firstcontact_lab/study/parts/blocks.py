@@ -1,4 +1,4 @@
-"""Accuracy on flat blocks: classification and regression of their Shore A, in every split."""
+"""Study part ``blocks``: accuracy of predicted Shore A on flat blocks, in every split."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class WindowCounts(Record, frozen=True, kw_only=True):
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Scores of one estimator in one split. Scores that were not measured are None."""
+    """Scores of one estimator in one split. A score that was not measured is None."""
 
     rmse: float | None = None
     mae: float | None = None
@@ -320,7 +320,7 @@ _CAPTIONS = {
 def steps_by_speed(
     title: str, measure: Callable[..., PartResult], cost: float, slow_cost: float
 ) -> list[Step]:
-    """Return two steps of a measurement of the installed estimators: slow ones in the second."""
+    """Return two steps that measure the installed estimators: the quick and the slow ones."""
 
     def run(is_slow: bool, subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
         kinds = window_estimators().items()

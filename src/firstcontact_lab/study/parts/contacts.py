@@ -1,4 +1,4 @@
-"""Scores of contact detectors on sessions that they were not trained on."""
+"""Study part ``contacts``: scores of contact detectors on sessions not used for training."""
 
 from __future__ import annotations
 
@@ -49,7 +49,10 @@ _LATE = 1e3 * TOLERANCE
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Time by which a correct contact may precede its label, ms, and texts about this tolerance."""
+    """Tolerance of contact scores: how far a correct contact may precede its label, ms.
+
+    The properties are texts about this tolerance.
+    """
 
     early: float
 
@@ -65,14 +68,14 @@ class Accepted:
 
     @property
     def placed(self) -> str:
-        """Text about the accepted positions of contacts, such as "within ±3 ms"."""
+        """Text on the accepted positions of contacts, such as "within ±3 ms"."""
         if not self.early:
             return f"within ±{_LATE:g} ms"
         return f"−{self.early + _LATE:g} to +{_LATE:g} ms from its label"
 
     @property
     def decided(self) -> str:
-        """Text about the accepted times of decisions, such as "within 3 ms"."""
+        """Text on the accepted times of decisions, such as "within 3 ms"."""
         if not self.early:
             return f"within {_LATE:g} ms"
         return f"−{self.early:g} to +{_LATE:g} ms from its label"
@@ -212,9 +215,9 @@ PUBLISHED = {"three_sigma": 0.906, "svm": 1.0}
 
 
 def window_starts(subjects: Subjects) -> list[str]:
-    """Return the names of the detectors at whose contacts the studied windows start.
+    """Return the names of the detectors whose contacts start the studied windows.
 
-    The name "known" stands for true contacts.
+    The name "known" means true contacts.
     """
     starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
     return distinct(start for start in starts if start is not None)

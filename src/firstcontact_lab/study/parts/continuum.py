@@ -1,4 +1,4 @@
-"""Check of the twin's touches against touches computed with finite elements."""
+"""Study part ``continuum``: comparison of the twin's touches with finite elements."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ DIMPLES, RIGID = "pad on dimples", "rigid tip"
 
 
 class TouchScores(Record, frozen=True, kw_only=True):
-    """Peak voltages of one touch by the twin and by finite elements, and relative differences."""
+    """Peak voltages (V) and relative differences of one touch, by twin and finite elements."""
 
     twin: float
     elements: float
@@ -43,7 +43,7 @@ class TouchScores(Record, frozen=True, kw_only=True):
 
 
 class LossBias(Record, frozen=True, kw_only=True):
-    """Excess of the Shore A that an object's peak voltage suggests, for each kind of damping."""
+    """Bias in Shore A of an object, judged by its peak voltage, for each kind of damping."""
 
     none: float
     fast: float
@@ -53,8 +53,8 @@ class LossBias(Record, frozen=True, kw_only=True):
 class Continuum(Record, frozen=True, kw_only=True):
     """Comparison of the twin with finite elements.
 
-    ``tips`` has scores by tip and object. ``powers`` and ``lines`` have the exponents and R² of
-    fits to the peaks.
+    ``tips`` has scores by tip and object. ``powers`` has exponents and ``lines`` has R² of fits to
+    the peak voltages.
     """
 
     tips: dict[str, dict[str, TouchScores]]
@@ -114,9 +114,9 @@ def _scores(comparison: Comparison) -> TouchScores:
 
 
 def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
-    """Return (exponent, R²) of two fits to the peak voltages of blocks over their Shore A.
+    """Fit the peak voltages of blocks over their Shore A, and return (exponent, R²).
 
-    The exponent is that of a power law, and R² that of a straight line.
+    The exponent is that of a power law. R² is that of a straight line.
     """
     shore = np.array([BLOCKS[name] for name in peaks if name in BLOCKS])
     volts = np.array([peak for name, peak in peaks.items() if name in BLOCKS])
@@ -125,7 +125,10 @@ def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
 
 
 def loss_biases(names: Sequence[str]) -> dict[str, LossBias]:
-    """Return by how many Shore A each object seems too hard, judged by the peak of one touch."""
+    """Return by how many Shore A each object seems too hard, judged by its peak voltage.
+
+    The keys are the names of the objects.
+    """
     finger = FingerParameters()
     times = np.arange(0.0, DURATION, INTERVAL)
 
@@ -233,9 +236,9 @@ def _tables(results: SubjectResults) -> list[Table | None]:
 
 
 def largest_of(found: Continuum) -> dict[str, _Largest]:
-    """Return the number of touches and their largest scores, by group of shapes.
+    """Return the number of touches and their largest scores, for each group of objects.
 
-    Blocks and solid fruit are grouped by tip, other shapes by shape.
+    Blocks and solid fruit are grouped by fingertip, other objects by shape.
     """
     groups: dict[str, list[TouchScores]] = {}
     for name, scores in found.waveforms.items():

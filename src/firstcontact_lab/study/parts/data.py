@@ -1,4 +1,4 @@
-"""Description of the studied data, and of the times from first to second contact."""
+"""Study part ``data``: description of the dataset, and times from first to second contact."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class EarlyForce(Record, frozen=True, kw_only=True):
 def early_force(pinch: Pinch) -> float | None:
     """Return the first finger's force before the second contact, as a share of its final force.
 
-    None stands for a pinch without this measurement.
+    Return None for a pinch without force signals that permit this.
     """
     first, second = pinch.first, pinch.second
     if first is None or second is None or first.finger is None:
@@ -91,12 +91,12 @@ def describe(subject: Subject) -> PartResult:
         train_pinches=int((~dataset.test).sum()),
         test_pinches=int(dataset.test.sum()),
         objects=sorted(set(dataset.objects.tolist()) - {""}),
-        notes=_merged([n for n in dataset.notes if n not in dataset.losses]),
+        notes=_merge_notes([n for n in dataset.notes if n not in dataset.losses]),
     )
     spread = None
     figures: list[Figure] = []
     # Notes on missing data go to the list of parts left out, not to the list of assumptions.
-    left_out = [f"{loss.rstrip('.')}." for loss in _merged(dataset.losses)]
+    left_out = [f"{loss.rstrip('.')}." for loss in _merge_notes(dataset.losses)]
     offsets = np.array([1e3 * p.offset for p in dataset.pinches if p.offset is not None])
     if len(offsets):
         spread = Offsets(
@@ -121,8 +121,8 @@ def describe(subject: Subject) -> PartResult:
     return PartResult([DATA(summary), OFFSET(spread), EARLY_FORCE(force)], figures, left_out)
 
 
-def _merged(notes: Sequence[str]) -> list[str]:
-    """Return the first twelve different notes, and a line with the number of the others."""
+def _merge_notes(notes: Sequence[str]) -> list[str]:
+    """Return the first twelve distinct notes, and a line with the number of further notes."""
     unique = list(dict.fromkeys(notes))
     more = len(unique) - 12
     return unique if more <= 0 else [*unique[:12], f"... and {more} more notes of this kind."]

@@ -1,4 +1,7 @@
-"""Scores beyond the training blocks: on unseen objects, another hand, or a Shore A left out."""
+"""Study part ``generalise``: scores beyond the training blocks.
+
+They are scores on unseen objects, on another hand, and on a Shore A that was left out.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +62,7 @@ def _competitors(settings: StudySettings, place: int) -> list[Competitor]:
 
 
 def _contact_delays(subject: Subject, early: float) -> list[int]:
-    """Return the delay of each correctly detected contact after the true one, in samples."""
+    """Return the delay of each correctly detected contact after the true contact, in samples."""
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     late = [
         contact.sample - pinch.first.sample
@@ -171,7 +174,10 @@ def _table(
 
 
 def _remark(scores: OffBlocks, sets: int) -> str:
-    """Return text on options that are not the defaults, and on rigs without scores; "" if none."""
+    """Return text on options that differ from the defaults, and on rigs without scores.
+
+    Return "" if there are none.
+    """
     options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
     return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
 

@@ -1,4 +1,4 @@
-"""Prediction of the order of hardness, for materials whose Shore A is unknown."""
+"""Study part ``hardness``: predicted order of materials whose Shore A is unknown."""
 
 from __future__ import annotations
 
@@ -70,13 +70,13 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
 
     @property
     def rho_left_out(self) -> float | None:
-        """Spearman's rho of true and predicted ranks of left-out materials, or None without it."""
+        """Spearman's rho of true and predicted ranks of left-out materials; None if unmeasured."""
         left_out = self.leave_one_material_out
         regression = left_out.rank_regression if left_out else None
         return regression.rho if regression else None
 
     def classes_left_out(self) -> dict[str, ClassificationScores]:
-        """Return the scores of hardness classes predicted for left-out materials, by estimator."""
+        """Return scores of hardness classes predicted for left-out materials, by estimator."""
         left_out = self.leave_one_material_out
         return (left_out.classification if left_out else None) or {}
 
@@ -92,7 +92,10 @@ HELD, SESSION, MIXED = "leave_one_material_out", "by_session", "random_folds"
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
-    """Return the centroid frequency of each window's power spectrum, Hz, with Hann weights."""
+    """Return the centroid frequency of the power spectrum of each window, Hz.
+
+    The window function is that of Hann. ``rate`` is the sample rate, Hz.
+    """
     waves = X[:, :, 0].astype(np.float64)
     # The contact is at the start of the window, so only the end of the window is tapered.
     fade = np.hanning(2 * waves.shape[1])[waves.shape[1] :]
@@ -158,7 +161,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return the questions that these windows permit, and the reasons why others are impossible.
+    """Return the questions that these windows permit, and reasons why others are impossible.
 
     The key of a question is (split, estimator or score).
     """
@@ -207,7 +210,7 @@ def _questions(
 
 
 def _classifiers() -> list[str]:
-    """Return the names of the classifiers that train quickly, baselines last."""
+    """Return the names of the classifiers that train quickly, with baselines at the end."""
     able = [
         n for n, e in window_estimators().items() if Task.CLASSIFICATION in e.tasks and not e.slow
     ]

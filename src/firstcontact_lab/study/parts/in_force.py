@@ -1,4 +1,4 @@
-"""Errors of the last estimate that is available before the second finger touches."""
+"""Study part ``in_force``: errors of the last estimate before the second finger touches."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ class LiveDelays(msgspec.Struct, frozen=True):
     later_ms: _Ascending
 
     def quantiles(self, shares: Values, *, is_first: bool) -> Values:
-        """Return quantiles of the delay of an estimate, s, from delays measured in live sessions.
+        """Return quantiles of the delay of estimates that was measured in live sessions, s.
 
-        With ``is_first`` they are those of a closing's first estimate, otherwise of later ones.
+        With ``is_first`` they are for the first estimate of a closing, otherwise for later
+        estimates. ``shares`` are from 0 to 1.
         """
         delays = self.first_ms if is_first else self.later_ms
         return np.asarray(1e-3 * np.quantile(delays, shares))
@@ -116,9 +117,10 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
 
 
 def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.intp]:
-    """Return the signal length of each pinch's last estimate before the second contact, in samples.
+    """Return the signal length of the last estimate before the second contact, in samples.
 
-    0 stands for a pinch without such an estimate. Each closing gets random delays.
+    The result has one entry per pinch. It is 0 for a pinch without such an estimate. Each closing
+    gets random delays.
     """
     dataset = subject.dataset
     rate = dataset.layout.rate

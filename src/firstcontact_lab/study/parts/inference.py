@@ -1,4 +1,7 @@
-"""Computing time of one estimate on this computer, also if the training library computes it."""
+"""Study part ``inference``: computing time of one estimate on this computer.
+
+For comparison, the training library also computes the estimate.
+"""
 
 from __future__ import annotations
 
@@ -47,12 +50,15 @@ class Timed:
 
     @property
     def uninterrupted(self) -> NDArray[np.float64]:
-        """Durations of the calls that were not interrupted, µs; of all calls if each was."""
+        """Durations of the uninterrupted calls, µs. If all were interrupted, of all calls."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
 
-def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
-    """Measure ``calls`` single calls, one window each in turn, after calls that fill the caches."""
+def measure_durations(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
+    """Measure the durations of ``calls`` single calls, each with one of the windows in turn.
+
+    Earlier calls, which are not measured, fill the caches.
+    """
     for i in range(min(WARM_UP, calls)):
         call(windows[i % len(windows)])
     spent = np.empty(calls)
@@ -84,12 +90,12 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 
 
 def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
-    """Measure the computing time of single calls on one thread, one input each in turn."""
+    """Measure the computing time of single calls on one thread, each with one input in turn."""
     import threadpoolctl
 
     load = os.getloadavg()[0]  # runnable processes in the last minute
     with threadpoolctl.threadpool_limits(1):
-        times = timed(call, inputs, calls)
+        times = measure_durations(call, inputs, calls)
     return InferenceTime(
         p50=float(np.percentile(times.uninterrupted, 50)),
         p99=float(np.percentile(times.uninterrupted, 99)),
@@ -127,7 +133,7 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
     ]
     timed: dict[str, dict[Task, InferenceTime]] = {}
     for (model, task), trained in zip(
-        jobs, runner.map(_train, jobs, blocks, settings.seed), strict=True
+        jobs, runner.map(_train_briefly, jobs, blocks, settings.seed), strict=True
     ):
         # Timed in this process after all trainings, so that nothing else runs.
         with one_thread():
@@ -140,12 +146,12 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
         else InferenceTimes(**asdict(by_task[Task.CLASSIFICATION]))
         for model, by_task in timed.items()
     }
-    running = _anytime(subject, settings)
+    running = _time_first_estimate(subject, settings)
     return PartResult([INFERENCE(times_by_model), ANYTIME_TIME(running)])
 
 
-def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
-    """Return the computing time of the network's first estimate; None if it cannot predict."""
+def _time_first_estimate(subject: Subject, settings: StudySettings) -> InferenceTime | None:
+    """Return the computing time of the network's first estimate, or None if it cannot predict."""
     model = pretrained()
     if not subject.detections or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None
@@ -160,8 +166,11 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
         return time_calls(adapted.model.predict_touches, inputs, settings.calls)
 
 
-def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:
-    """Return a model for timing only, after a short training. Slow estimators get fewer pinches."""
+def _train_briefly(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:
+    """Return a model that was trained briefly, for timing only.
+
+    Slow estimators get fewer pinches.
+    """
     model, task = job
     entry = ESTIMATORS.find(model)
     options = dict(entry.quick)

@@ -1,4 +1,4 @@
-"""Errors on objects that no estimator was trained on."""
+"""Study part ``objects``: errors on objects on which no estimator was trained."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ ObjectResults = ByName[ObjectScores, ObjectConditions]
 UNSEEN = "unseen_objects"
 
 
-def objects(
+def measure_objects(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
     reason = why_not_unseen(subject)
@@ -115,7 +115,10 @@ def objects(
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
-    """Return the split into training pinches and unseen objects in a list; empty if impossible."""
+    """Return a list with the split into training pinches and unseen objects.
+
+    The list is empty if the dataset does not permit this split.
+    """
     if why_not_unseen(subject) or not data.test.any() or data.test.all():
         return []
     split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])
@@ -123,7 +126,7 @@ def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
 
 
 def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> ObjectScores:
-    """Return the errors over all pinches and by object.
+    """Return the errors on all pinches and by object.
 
     Bootstrap intervals draw whole specimens.
     """
@@ -135,7 +138,7 @@ def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> Object
 
 
 def specimen_names(data: LabelledWindows) -> NDArray[np.str_]:
-    """Return the specimen of each window. An unnamed specimen has the name of its object."""
+    """Return the specimen of each window. An unnamed specimen gets the name of its object."""
     return np.where(data.specimens == "", data.objects, data.specimens)
 
 
@@ -144,7 +147,7 @@ def _sessions_unknown(subject: Subject) -> bool:
 
 
 def why_not_unseen(subject: Subject) -> str:
-    """Return the reason why a dataset has no unseen objects to score; "" if it has some."""
+    """Return the reason why a dataset has no unseen objects to score, or "" if it has some."""
     dataset = subject.dataset
     if not (dataset.test & np.isfinite(dataset.shore_a)).any():
         return "Unseen objects: no pinch has the role `test` and a Shore A."
@@ -164,7 +167,7 @@ def why_not_unseen(subject: Subject) -> str:
 
 
 def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
-    """Return all pairs (object, specimen). An unnamed object is named by its Shore A."""
+    """Return all pairs (object, specimen). An unnamed object is identified by its Shore A."""
     labels = [pinch.label for pinch in dataset.pinches]
     return {
         (label.object or ("" if label.shore_a is None else f"{label.shore_a:g}"), label.specimen)
@@ -239,7 +242,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 PART = Part(
     "objects",
     "Unseen objects",
-    steps_by_speed("objects", objects, 5, 6),
+    steps_by_speed("objects", measure_objects, 5, 6),
     tables=[object_table],
     rows=_rows,
 )

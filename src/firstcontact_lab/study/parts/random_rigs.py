@@ -1,6 +1,6 @@
-"""Scores on families of random simulated rigs that no network was trained on.
+"""Study part ``random_rigs``: scores on families of simulated rigs not used for training.
 
-It compares the network, a regression, averages of both, and models that get a measured closing
+The methods are the network, a regression, averages of both, and models that use a measured closing
 speed.
 """
 
@@ -108,19 +108,20 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
-    """Return squared errors, coverages and widths of all methods on one rig, (methods, ``KEYS``).
+    """Return scores of all methods on one rig, as a list of ``KEYS`` for each method.
 
-    ``job`` is the family of the rig and its number.
+    ``job`` is (family of the rig, number of the rig). The scores are squared errors, coverages and
+    widths of intervals.
     """
     rig = simulate_labelled_rig(*job, seed)
-    told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
+    told = _with_measured_speeds(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
     exact, strips = (simulate_labelled_rig(*job, seed, delay=delay) for delay in (ALIKE, STRIPS))
     quiet = simulate_labelled_rig(*job, seed, is_quiet=True)
     predictions = {name: (rig, predict) for name, predict in _predictions(rig).items()} | {
-        "combined_told": (told, _timed(_adapted(told), told.radii)),
-        "combined_exact": (exact, _timed(_adapted(exact))),
-        "combined_strips": (strips, _timed(_adapted(strips))),
-        "combined_quiet": (quiet, _timed(_adapted(quiet))),
+        "combined_told": (told, _timed(_adapt_to_rig(told), told.radii)),
+        "combined_exact": (exact, _timed(_adapt_to_rig(exact))),
+        "combined_strips": (strips, _timed(_adapt_to_rig(strips))),
+        "combined_quiet": (quiet, _timed(_adapt_to_rig(quiet))),
     }
     return [_scores(*predictions[name]) for name in METHODS]
 
@@ -131,12 +132,12 @@ Predict = Callable[[Touches, int], Predicted]
 
 
 def _block_pinches(rig: LabelledRig) -> tuple[Touches, Values, NDArray[np.str_]]:
-    """Return the rig's contacts with blocks to adapt to, their Shore A, and their sessions."""
+    """Return (contacts with blocks to adapt to, Shore A, sessions) of the rig."""
     is_own = rig.uses == OWN
     return rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
 
 
-def _adapted(rig: LabelledRig) -> RigModel:
+def _adapt_to_rig(rig: LabelledRig) -> RigModel:
     model = adapt_combined(pretrained(), *_block_pinches(rig)).model
     assert model.regressions
     return model
@@ -161,7 +162,7 @@ def _windows(ladder: LadderModel) -> Predict:
 
 
 def _predictions(rig: LabelledRig) -> dict[str, Predict]:
-    pinches, combined = _block_pinches(rig), _adapted(rig)
+    pinches, combined = _block_pinches(rig), _adapt_to_rig(rig)
     network = combined.network_alone()
     none = np.zeros(len(Rig.STAGES))
     unshifted = {finger: r.shifted(none) for finger, r in combined.regressions.items()}
@@ -234,7 +235,7 @@ Columns = Sequence[tuple[str, str, str]]
 def score_table(
     judged: RandomRigs | ClosingSpeeds, title: str, other: str, columns: Columns, lines: list[Line]
 ) -> Table:
-    """Return a table of scores on random rigs, and of the differences from the method ``other``."""
+    """Return a table of scores on random rigs, and of differences from the method ``other``."""
     caption = (
         f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
         f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs; in "
@@ -331,22 +332,25 @@ def measure_speed(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
-    """Return scores on one rig, (models, errors of the measured closing speed, keys).
+    """Return scores on one rig, shape (models, errors of the measured speed, keys).
 
-    ``job`` is the family of the rig and its number. With ``free``, the speed is random.
+    ``job`` is (family of the rig, number of the rig). With ``free``, the closing speed is random.
     """
     rig = simulate_labelled_rig(*job, seed, free_speed=free)
     rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
-    scores = [_speed_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]
+    scores = [
+        _speed_scores(_with_measured_speeds(rig, measured, rng))
+        for measured in MEASUREMENTS.values()
+    ]
     return [list(of_model) for of_model in zip(*scores, strict=True)]
 
 
-def _measured(
+def _with_measured_speeds(
     rig: LabelledRig, measured: tuple[float, bool] | None, rng: np.random.Generator
 ) -> LabelledRig:
     """Return the rig with measured closing speeds, or unchanged if ``measured`` is None.
 
-    ``measured`` is (relative error of the speeds, True if the model gets to know this error).
+    ``measured`` is (relative error of the speeds, True if the model is given this error).
     """
     if measured is None:
         return rig
@@ -358,7 +362,7 @@ def _measured(
 
 def _speed_scores(rig: LabelledRig) -> list[list[float]]:
     """Return mean squared error and coverage of each model on one rig, (models, ``SPEED_KEYS``)."""
-    model = _adapted(rig)
+    model = _adapt_to_rig(rig)
     out = []
     for each in (model.network_alone(), model):
         answers = predictions_by_time(each, rig.touches, TIMES)

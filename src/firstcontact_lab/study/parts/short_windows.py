@@ -1,4 +1,7 @@
-"""Prediction of the hardness class from the first milliseconds, for materials left out."""
+"""Study part ``short_windows``: hardness classes from the first milliseconds.
+
+The predicted materials are left out of training.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +33,11 @@ from firstcontact_lab.study.scores import RankCorrelation, never_learned, rank_c
 SHOWN_MS = ("3", "15")
 
 
-class Reading(Record, frozen=True, kw_only=True):
-    """Scores of one estimator on windows of one kind (smoothed or not, labelled or detected)."""
+class ReadingScores(Record, frozen=True, kw_only=True):
+    """Scores of one estimator on one kind of windows.
+
+    The kinds differ in smoothing, and in labelled or detected contacts.
+    """
 
     estimator: str
     conditioned: bool
@@ -41,13 +47,13 @@ class Reading(Record, frozen=True, kw_only=True):
 
     @property
     def title(self) -> tuple[str, str]:
-        """Title of the estimator, and a text that describes the windows."""
+        """(title of the estimator, text that describes the windows)."""
         signal = "behind the published smoothing" if self.conditioned else "signal as sent"
         start = "labelled" if self.known_contacts else "detected"
         return names.estimator(self.estimator).title, f"{signal}, {start} contacts"
 
 
-class RealMaterial(Record, frozen=True, kw_only=True):
+class RealMaterialScores(Record, frozen=True, kw_only=True):
     rank: float
     n: int
     accuracy: dict[str, float]
@@ -66,11 +72,11 @@ class ShortWindows(Record, frozen=True, kw_only=True):
     p: float | None = None
     most_rho: float
     conditioned_order: RankCorrelation
-    readings: list[Reading]
-    by_material: dict[str, RealMaterial]
+    readings: list[ReadingScores]
+    by_material: dict[str, RealMaterialScores]
 
     def worst(self, ms: str) -> tuple[str, float]:
-        """Return the material with the lowest accuracy after ``ms`` ms, and this accuracy."""
+        """Return (material with the lowest accuracy after ``ms`` ms, this accuracy)."""
         shares = {m: e.accuracy[ms] for m, e in self.by_material.items() if ms in e.accuracy}
         name = min(shares, key=lambda m: shares[m])
         return name, shares[name]
@@ -114,7 +120,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
     }
     ranks = {str(m): float(data.y[data.objects == m][0]) for m in np.unique(data.objects)}
     readings = [
-        Reading(
+        ReadingScores(
             estimator=reading.estimator,
             conditioned=reading.conditioned,
             known_contacts=reading.labelled,
@@ -164,7 +170,7 @@ def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWi
 
 
 def _shortage(data: LabelledWindows) -> str:
-    """Return the reason why there are too few windows to score; "" if they are enough."""
+    """Return the reason why there are too few windows to score, or "" if there are enough."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
         return "fewer than two hardness ranks or four materials have a window"
@@ -205,7 +211,7 @@ def _balanced(right: dict[str, float], ranks: dict[str, float]) -> float:
 def _set(
     subject: Subject,
     data: LabelledWindows,
-    readings: list[Reading],
+    readings: list[ReadingScores],
     right: dict[str, dict[str, float]],
     by_session: dict[str, dict[tuple[str, str], float]],
     ranks: dict[str, float],
@@ -240,7 +246,7 @@ def _set(
         conditioned_order=correlation(smooth_hz),
         readings=readings,
         by_material={
-            m: RealMaterial(
+            m: RealMaterialScores(
                 rank=ranks[m],
                 n=int((data.objects == m).sum()),
                 accuracy={ms: material[m] for ms, material in right.items() if m in material},
@@ -259,7 +265,7 @@ def _centroids(data: LabelledWindows) -> dict[str, float]:
 
 
 def _highest_rho(order: Values) -> float:
-    """Return the highest Spearman's rho that scores without ties can reach against these ranks."""
+    """Return the highest Spearman's rho that scores without ties can reach for these ranks."""
     from scipy.stats import spearmanr
 
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
@@ -296,7 +302,7 @@ def accuracy_figure(real: ShortWindows) -> Figure:
     )
 
 
-def _colour(reading: Reading, first: Reading) -> str:
+def _colour(reading: ReadingScores, first: ReadingScores) -> str:
     if reading.estimator != first.estimator:
         return names.estimator(reading.estimator).colour if not reading.conditioned else GREY
     return ORANGE if reading.conditioned else BLUE
@@ -321,7 +327,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def real_set(results: SubjectResults) -> ShortWindows | None:
-    """Return the results on real recordings; None if the dataset is simulated."""
+    """Return the results on real recordings, or None if the dataset is simulated."""
     return next(iter((results[REAL] or {}).values()), None)
 
 

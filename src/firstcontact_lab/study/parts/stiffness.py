@@ -1,6 +1,6 @@
-"""Errors of a predicted stiffness or modulus over the time after the contact.
+"""Study part ``stiffness``: errors of a predicted stiffness or modulus over time.
 
-Predictions are for sessions that were held out.
+The predictions are for held-out sessions, by time after the contact.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LEVEL = 0.9
 
 
 class Placed(Record, frozen=True, kw_only=True):
-    """Comparison of detected contacts with labels, for the package's detector.
+    """Distances of contacts from their labels, for the package's detector.
 
     The detector was not trained on these recordings.
     """
@@ -65,7 +65,7 @@ class TimedScores(Record, frozen=True, kw_only=True):
 
 
 class LevelLeftOut(Record, frozen=True, kw_only=True):
-    """Mean prediction by time, ms, for pinches whose stiffness was left out of training."""
+    """Mean prediction for pinches whose stiffness was left out of training, by time in ms."""
 
     predicted: dict[str, float]
 
@@ -84,7 +84,7 @@ class StiffnessResults(Record, frozen=True, kw_only=True):
     levels_left_out: dict[str, dict[str, LevelLeftOut]]
 
     def relative_error(self, ms: str, estimator: str) -> float:
-        """Return an estimator's RMSE, divided by the RMSE of always predicting the mean."""
+        """Return the RMSE of an estimator, divided by the RMSE of always predicting the mean."""
         scores = self.by_time[ms]
         return scores[estimator].errors.rmse / scores["train_mean"].errors.rmse
 
@@ -116,7 +116,7 @@ def score_by_time(
 ) -> tuple[StiffnessResults | None, str]:
     """Score estimators on held-out sessions, and on left-out values of the quantity.
 
-    Return (results, ""), or (None, reason) if the pinches do not permit it. The smallest and the
+    Return (results, ""), or (None, reason) if the pinches do not permit this. The smallest and the
     largest value are never left out. ``lengths`` are the signal lengths, ms.
     """
     target = quantity.scaled(
@@ -129,7 +129,7 @@ def score_by_time(
         return None, "the windows are not from two or more named sessions."
     questions: dict[tuple[str, str, str], Question] = {}
     for ms, data in cuts.items():
-        sessions = _sessions(data)
+        sessions = _session_splits(data)
         if learns_one_value(sessions, data.y):
             return None, "with a session held out, a single level is left to learn from."
         inner = np.unique(data.y)[1:-1]
@@ -154,7 +154,7 @@ def score_by_time(
         quantity=quantity.name,
         pinches=len(whole),
         sessions=len(np.unique(whole.sessions)),
-        placed=_placed(dataset, contacts),
+        placed=_contact_distances(dataset, contacts),
         by_time=by_time,
         levels_left_out={
             level: {name: LevelLeftOut(predicted=values) for name, values in models.items()}
@@ -163,8 +163,8 @@ def score_by_time(
     ), ""
 
 
-def _sessions(data: LabelledWindows) -> list[Split]:
-    """Return splits that hold out one session each."""
+def _session_splits(data: LabelledWindows) -> list[Split]:
+    """Return splits that each hold out one session."""
     return leave_one_out(data.sessions, [Group.SPECIMEN])
 
 
@@ -182,8 +182,8 @@ def _timed_scores(
     )
 
 
-def _placed(dataset: Dataset, contacts: Sequence[Contact | None]) -> Placed | None:
-    """Return the distances of detected contacts from their labels; None without labels."""
+def _contact_distances(dataset: Dataset, contacts: Sequence[Contact | None]) -> Placed | None:
+    """Return the distances of detected contacts from their labels, or None without labels."""
     places, delays = trigger_delays(dataset, contacts)
     is_found = np.isfinite(places)
     if not is_found.any():
@@ -203,9 +203,9 @@ STIFFNESS = Field.optional("stiffness", StiffnessResults)
 def time_figure(
     results: Mapping[str, StiffnessResults], estimators: Sequence[str] = SCORED
 ) -> Figure:
-    """Draw RMSE over time, as a share of the RMSE of predicting the mean.
+    """Draw RMSE over time, as a share of the RMSE of always predicting the mean.
 
-    Each dataset has a line style.
+    Each dataset has its own line style.
     """
     with canvas(size=(6.6, 4.2)) as (figure, axes):
         ax = axes[0, 0]

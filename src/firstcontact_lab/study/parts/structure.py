@@ -1,4 +1,4 @@
-"""Scores of contacts and estimates on simulated rigs with other motors, noise and mechanics."""
+"""Study part ``structure``: scores on simulated rigs with other motors, noise and mechanics."""
 
 from __future__ import annotations
 
@@ -142,13 +142,13 @@ def _judge_rig(
     for name, detector in detectors.items():
         for confirm in (False, True):
             counts = Counts()
-            contacts = _firsts(detector, objects, confirm=confirm)
+            contacts = _first_contacts(detector, objects, confirm=confirm)
             for pinch, contact in zip(objects, contacts, strict=True):
                 assert pinch.first is not None
                 counts.outcomes[outcome(contact, pinch.first, FINGERTIP_RATE, 0.0)] += 1
             for model in models:
                 predictions = model.predict(objects, AT, contacts)
-                squares, truth = _squares(predictions.value, objects), objects.shore_a
+                squares, truth = _squared_errors(predictions.value, objects), objects.shore_a
                 inside = (predictions.low <= truth) & (truth <= predictions.high)
                 counts.errors += [float(squares.sum()), float(inside.sum())]
                 counts.estimates = len(squares)
@@ -156,25 +156,27 @@ def _judge_rig(
             out[name if confirm else f"{name}, all count"] = counts
     out |= {key.replace(chosen, "adapt"): out[key] for key in list(out) if key.startswith(chosen)}
     unknown = adapt()
-    contacts = _firsts(detectors["shipped"], objects, confirm=True)
-    errors = [_squares(unknown.predict(objects, at, contacts).value, objects) for at in TIMES]
+    contacts = _first_contacts(detectors["shipped"], objects, confirm=True)
+    errors = [
+        _squared_errors(unknown.predict(objects, at, contacts).value, objects) for at in TIMES
+    ]
     return out, [(float(e.sum()), float(len(e))) for e in errors]
 
 
-def _firsts(detector: Detector, dataset: Dataset, *, confirm: bool) -> list[Contact | None]:
+def _first_contacts(detector: Detector, dataset: Dataset, *, confirm: bool) -> list[Contact | None]:
     pinches = cut_closings(dataset)
     if confirm:
         return [first_contact(detector, pinch) for pinch in pinches]
     return [next(iter(detect(detector, pinch, confirm=False)), None) for pinch in pinches]
 
 
-def _squares(values: Values, dataset: Dataset) -> Values:
+def _squared_errors(values: Values, dataset: Dataset) -> Values:
     errors = values - dataset.shore_a
     return np.asarray(errors[np.isfinite(errors)] ** 2)
 
 
 def count_alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
-    """Return the number of false contacts in closings on nothing, and their duration, minutes."""
+    """Return (number of false contacts in closings on nothing, duration of these in minutes)."""
     part = round(HEARD * FINGERTIP_RATE)
     alarms, seconds = 0, 0.0
     for pinch in cut_closings(empty):

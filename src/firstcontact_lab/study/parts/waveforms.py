@@ -1,4 +1,4 @@
-"""Waveforms and peak voltages after the contact, by Shore A of the object."""
+"""Study part ``waveforms``: signals and peak voltages after the contact, by Shore A."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstcontact_lab.study.part import Part, Step, Subject
 
 
 class PeakVoltage(Record, frozen=True, kw_only=True):
-    """Mean and standard deviation of the peak voltages of windows with one Shore A, V."""
+    """Mean and standard deviation of the peak voltages of windows with the same Shore A, V."""
 
     mean: float
     sd: float | None = None
@@ -100,7 +100,7 @@ PEAK = Field.optional("peak_v", dict[str, PeakVoltage])
 
 
 def peak_power(results: SubjectResults) -> float | None:
-    """Return the exponent with which mean peak voltage grows with Shore A; None if not measured."""
+    """Return the exponent of mean peak voltage over Shore A, or None if it was not measured."""
     levels, means = _mean_peaks(results)
     if len(levels) < 2 or levels[0] <= 0 or means.min() <= 0:
         return None
@@ -108,9 +108,9 @@ def peak_power(results: SubjectResults) -> float | None:
 
 
 def peak_line(results: SubjectResults) -> float | None:
-    """Return R² of a straight line through mean peak voltages over Shore A, or None.
+    """Return R² of a straight line through the mean peak voltages over Shore A.
 
-    It is None with fewer than three values of Shore A.
+    Return None with fewer than three values of Shore A.
     """
     levels, means = _mean_peaks(results)
     return float(np.corrcoef(levels, means)[0, 1] ** 2) if len(levels) > 2 else None

@@ -1,4 +1,7 @@
-"""Errors of estimates while the hand closes: first finger, second finger and squeeze."""
+"""Study part ``whole_grasp``: errors while the hand closes.
+
+It compares estimates from the first finger, the second finger and the squeeze.
+"""
 
 from __future__ import annotations
 
@@ -75,9 +78,9 @@ class WholeGrasp(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Estimates:
-    """Estimates of the objects of one hand or several hands.
+    """Estimates for the objects of one hand or several hands.
 
-    ``first`` is value, spread, low and high from the first finger, shape (times, 4, n).
+    ``first`` has (value, spread, low, high) from the first finger, shape (times, 4, objects).
     """
 
     first: Values
@@ -116,7 +119,7 @@ class _Estimates:
     def evidence(
         self, name: str, ms: int, laws: Mapping[str, GraspLaw]
     ) -> tuple[Values, Values, Values]:
-        """Return (estimates, spreads, evidence), from which a law predicts."""
+        """Return (estimates, spreads, evidence), the inputs of a :class:`GraspLaw`."""
         if name in SENSORS:
             squeezes = getattr(self, name)[SQUEEZES.index(ms)].T
             return np.zeros(len(squeezes)), np.ones(len(squeezes)), squeezes
@@ -219,7 +222,10 @@ def _estimates(job: tuple[int, bool], condition: str, sizes: Sizes, seed: int) -
 
 
 def _scores(estimates: _Estimates, laws: Mapping[str, GraspLaw]) -> list[list[float]]:
-    """Return the scores of a hand, shape (methods, ``KEYS``), with squared errors for RMSE."""
+    """Return the scores of a hand, as a list of ``KEYS`` for each method.
+
+    In place of an RMSE, they have the mean squared error.
+    """
     out: list[list[float]] = [[] for _ in METHODS]
     for use in USES:
         pinches = estimates.take(use)
@@ -237,7 +243,7 @@ def _scores(estimates: _Estimates, laws: Mapping[str, GraspLaw]) -> list[list[fl
 
 
 def _without_gaps(scores: RigScores) -> RigScores:
-    """Return the scores without those times at which the method has no estimate."""
+    """Return the scores without the times at which the method has no estimate."""
     there = [key for key, value in scores.scores.items() if np.isfinite(value)]
 
     def kept(values: dict[str, T]) -> dict[str, T]:
@@ -252,7 +258,7 @@ WHOLE_GRASP = Field.optional("whole_grasp", WholeGrasp)
 
 
 def time_figure(results: WholeGrasp) -> Figure:
-    """Return the figure of error against time after the first contact."""
+    """Return the figure of errors over time after the first contact."""
     drawn = {
         "fingers": ("o--", TIMES),
         "sharpened": ("o-", TIMES),

@@ -1,4 +1,4 @@
-"""Random batches of simulated contacts, to train the network."""
+"""Random batches of simulated contacts, to train the network that estimates Shore A."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Batch:
-    """Inputs of the network for some contacts, before scaling, with their true Shore A.
+    """Unscaled inputs of the network for some contacts, with their true Shore A.
 
-    ``row`` is the row of :func:`token_rows` for each contact, and ``is_known`` is False for
-    contacts whose rig has no context.
+    For each contact, ``row`` is the number of its row of :func:`token_rows`. ``is_known`` is False
+    for contacts whose rig has no context.
     """
 
     x: NDArray[np.float32]
@@ -49,10 +49,10 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Return training inputs of the contacts ``indices``, with random delays and signal lengths.
+    """Return training inputs for the contacts ``indices``, with random delays and signal lengths.
 
-    ``samples`` fixes the signal length, ``context`` the context of each rig. A batch with a fixed
-    context has no hints.
+    ``samples`` fixes the signal length, and ``context`` fixes the context of each rig. A batch with
+    a fixed context has no hints.
     """
     n = len(indices)
     shortest, longest = Touches.lengths(_RATE)
@@ -92,7 +92,7 @@ def draw_batch(
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Return signals from ``late`` samples after each contact on, minus the mean before."""
+    """Return signals from ``late`` samples after each contact on, minus the mean before it."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
     end = start - samples_in(BASELINE_GUARD, _RATE)
@@ -103,9 +103,10 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the features of all rigs' block pinches as rows, and a mask of the present ones.
+    """Return (features of all rigs' block pinches as rows, mask of the values that exist).
 
-    There is a row per rig, context and stage. The mask is 1 for each Shore A that the blocks have.
+    There is one row per rig, context and signal length. The mask is 1 for each Shore A of the rig's
+    blocks.
     """
     present = np.arange(Rig.LEVELS) < examples.levels.reshape(-1, 1)
     return (

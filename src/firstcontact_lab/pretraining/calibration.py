@@ -1,4 +1,4 @@
-"""Calibration of a trained network on other simulated rigs.
+"""Calibration of a pre-trained network on simulated rigs that were not used for training.
 
 It sets the intervals, the limits beyond which a signal is out of range, and the average of pooled
 pinches.
@@ -49,7 +49,7 @@ _SHRINK = 1e-3
 def answers(
     model: RigModel, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Return the predicted Shore A and standard deviation of each contact, shape (n,) each.
+    """Return (predicted Shore A, standard deviations), with one value per contact.
 
     The model gets ``samples`` samples after each contact.
     """
@@ -68,7 +68,7 @@ def answers(
     return values, spreads
 
 
-def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel:
+def calibrate_network(network: ContextNetwork, examples: Examples, seed: int) -> RigModel:
     """Return the trained network as a model for any rig, with calibrated intervals."""
     familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
     ones = np.ones(len(Rig.STAGES))
@@ -76,10 +76,12 @@ def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel
     return plain.rescaled(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
 
 
-def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runner) -> RigModel:
-    """Return the model with intervals for the average of network and regression, too.
+def calibrate_average(
+    model: RigModel, numbers: Sequence[int], seed: int, runner: Runner
+) -> RigModel:
+    """Return the model with intervals for the average of network and regression as well.
 
-    They are calibrated on the rigs with these numbers.
+    ``numbers`` are the rigs on which they are calibrated.
     """
     errors, spreads = object_errors(model, numbers, seed, runner)[1]
     factors = np.array([_quantile(of_stage) for of_stage in np.abs(errors) / spreads])
@@ -92,7 +94,8 @@ def object_errors(
     """Return errors and predicted standard deviations of network and average, Shore A.
 
     The average is that of the network and a regression on the rig's pinches. The shape is (network
-    or average, error or deviation, stages, objects). Errors are NaN after the second contact.
+    or average, error or deviation, signal lengths, objects). For signals longer than the time to
+    the second contact, errors are NaN.
     """
     of_rigs = runner.map(_object_errors, numbers, seed, model, family)
     return np.concatenate([errors for errors in of_rigs if errors.size], axis=3)
@@ -114,9 +117,10 @@ def _object_errors(number: int, seed: int, model: RigModel, family: str) -> NDAr
 
 
 def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
-    """Return the limits of familiar signals: centre, whitening and largest distance of features.
+    """Return the limits of familiar signals, computed from the features of many signals.
 
-    ``traits`` holds the features of many signals, for each length.
+    The limits are the centre, whitening and largest distance of features. ``traits`` has the
+    features for each signal length.
     """
     means, whitenings, limits = [], [], []
     for trait_values in traits:
@@ -134,7 +138,7 @@ def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
 def _factor(model: RigModel, examples: Examples, samples: int, seed: int) -> float:
     """Return the factor from standard deviations to half widths of intervals.
 
-    With it, the share ``LEVEL`` of the objects lies within the interval.
+    With this factor, the share ``LEVEL`` of the objects lies within the interval.
     """
     values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
@@ -142,7 +146,7 @@ def _factor(model: RigModel, examples: Examples, samples: int, seed: int) -> flo
 
 
 def _quantile(ratios: Values) -> float:
-    """Return the conformal quantile of ratios of error to standard deviation. NaN is ignored."""
+    """Return the conformal quantile of ratios of error to standard deviation, without NaN."""
     ordered = np.sort(ratios[np.isfinite(ratios)])
     rank = math.ceil((len(ordered) + 1) * LEVEL)
     return float(ordered[min(rank, len(ordered)) - 1])
@@ -168,7 +172,7 @@ PINCHES = 5
 def object_estimates(
     model: RigModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Return predictions, half widths of their intervals, and the true Shore A of each object.
+    """Return (predictions, half widths of their intervals, true Shore A of each object).
 
     The shapes are (objects, pinches), (objects, pinches) and (objects,). ``samples`` is the signal
     length.
@@ -185,7 +189,7 @@ def object_estimates(
 def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
     """Return the share of the error that all pinches of an object have in common.
 
-    The arrays are those of :func:`object_estimates`.
+    The arguments are the result of :func:`object_estimates`.
     """
     z = (values - truth[:, None]) / half_widths
     n = z.shape[1]
@@ -194,9 +198,9 @@ def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
 
 
 def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -> float:
-    """Return the share of objects whose Shore A lies in the interval from pooled pinches.
+    """Return the share of objects whose Shore A lies in an interval from pooled pinches.
 
-    Each interval pools ``pinches`` pinches.
+    Each interval pools ``pinches`` pinches of the object.
     """
     combined = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
     covered = [
@@ -212,9 +216,9 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return the error's shared part and the coverages of pooled pinches, by time.
+    """Return the shared part of the error and the coverages of pooled pinches, by time.
 
-    ``samples`` maps the name of a time to the signal length. The result is for JSON.
+    ``samples`` maps the name of a time to the signal length. The result can be written as JSON.
     """
     out = {}
     for time, length in samples.items():

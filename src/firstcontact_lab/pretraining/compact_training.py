@@ -1,4 +1,4 @@
-"""Training of the compact network, which imitates the full networks."""
+"""Training of the compact network, which imitates the uncompressed (teacher) networks."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ Lot = tuple[torch.Tensor, ...]
 Outputs = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 
 
-def compacted(
+def train_compact(
     teachers: Sequence[Full],
     examples: Examples,
     seed: int,
@@ -54,7 +54,7 @@ def compacted(
     directions: Mapping[str, int] = DIRECTIONS,
     progress: Callable[[int, float], object] = lambda step, loss: None,
 ) -> ContextNetwork:
-    """Train a compact network to predict the mean of the teachers' distributions. Return it."""
+    """Train and return a compact network that predicts the mean of the teachers' distributions."""
     sources = [_Lots(teacher, examples) for teacher in teachers]
 
     def drawn(number: int) -> Batch:
@@ -101,7 +101,7 @@ def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:
 
 
 class _Lots:
-    """Maker of a network's training inputs from batches. It encodes each rig only once."""
+    """Maker of a network's training inputs from batches. Each rig is encoded only once."""
 
     def __init__(self, full: Full, examples: Examples) -> None:
         self._full = full
@@ -116,7 +116,7 @@ class _Lots:
             )
 
     def lot(self, batch: Batch) -> Lot:
-        """Return the network's inputs for a batch, and the scaled Shore A of each contact.
+        """Return the inputs of the network for a batch, and the scaled Shore A of each contact.
 
         The result is (inputs, codes of the rig's blocks, mask of the codes, general features, Shore
         A).
@@ -132,7 +132,7 @@ class _Lots:
 
 
 def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return (points, weights) that stand for the distributions that the full network predicts.
+    """Return (points, weights) that represent the distributions predicted by the full network.
 
     Each normal distribution of a mixture has three points.
     """
@@ -183,16 +183,16 @@ class _TorchCompact(nn.Module):
     def begin_as(self, full: TorchNetwork, lot: Lot) -> None:
         """Set the weights to a low-rank approximation of the full network.
 
-        It is best for the contacts in ``lot``.
+        The approximation is best for the contacts in ``lot``.
         """
-        heard = _heard(full, lot)
+        heard = _layer_gradients(full, lot)
         layers = _linear(full)
         query = heard["query2"][0].mean(0).reshape(HEADS, -1, 1)
         keys = layers["key"].weight.detach().reshape(HEADS, -1, TOKENS)
         values = layers["value"].weight.detach().reshape(HEADS, -1, TOKENS)
         with torch.no_grad():
             for name in ContextNetwork.THIN:
-                into, out, bias = _thin(layers[name], *heard[name], len(self.into[name].weight))
+                into, out, bias = _low_rank(layers[name], *heard[name], len(self.into[name].weight))
                 self.into[name].weight.copy_(into[:, : self.into[name].in_features])
                 self.out[name].weight.copy_(out)
                 self.out[name].bias.copy_(bias)
@@ -209,7 +209,7 @@ class _TorchCompact(nn.Module):
     def arrays(self, full: Full) -> dict[str, NDArray[np.generic]]:
         """Return the trained arrays by name.
 
-        Those that encode a rig's blocks are the full network's.
+        The arrays that encode a rig's blocks are those of the full network.
         """
         out: dict[str, NDArray[np.generic]] = dict(full.scales)
         layers = {"pool": self.pool, "term": self.rig, "answer": self.answer}
@@ -221,12 +221,12 @@ class _TorchCompact(nn.Module):
         out["answer.bias"] = self.answer.bias.detach().numpy().copy()
         for name in ContextNetwork.THIN:
             for part, layer in (("into", self.into[name]), ("out", self.out[name])):
-                out |= integers(f"{name}.{part}", layer.weight.detach().numpy())
+                out |= quantize_rows(f"{name}.{part}", layer.weight.detach().numpy())
             out[f"{name}.out.bias"] = self.out[name].bias.detach().numpy().copy()
         return out
 
 
-def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.Tensor]]:
+def _layer_gradients(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.Tensor]]:
     """Return (outputs, gradients) of each layer of the full network, by the layer's name.
 
     The gradients are those of the loss with respect to the outputs.
@@ -253,13 +253,13 @@ def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.
     }
 
 
-def _thin(
+def _low_rank(
     layer: nn.Linear, outputs: torch.Tensor, gradients: torch.Tensor, directions: int
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return two thin matrices and a bias that approximate a layer.
+    """Return (first matrix, second matrix, bias), a low-rank approximation of a layer.
 
-    The first matrix leads into ``directions`` main directions of the outputs, the second out of
-    them.
+    The first matrix maps the inputs to ``directions`` main directions of the outputs. The second
+    maps these to the outputs.
     """
     weight, bias = (p.detach().double() for p in (layer.weight, layer.bias))
     y, g = outputs.double(), gradients.double()
@@ -276,8 +276,11 @@ def _thin(
     return (into / balance[:, None]).float(), (out * balance).float(), bias.float()
 
 
-def integers(name: str, weight: NDArray[np.floating]) -> dict[str, NDArray[np.generic]]:
-    """Return a matrix as 16-bit integers and a scale for each row, as arrays named by ``name``."""
+def quantize_rows(name: str, weight: NDArray[np.floating]) -> dict[str, NDArray[np.generic]]:
+    """Return a matrix as 16-bit integers with one scale per row.
+
+    The keys are ``NAME.weight`` and ``NAME.scale``.
+    """
     least = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
     scale = np.maximum(least, 1e-30).astype(np.float32)
     return {

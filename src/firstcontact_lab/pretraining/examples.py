@@ -1,4 +1,4 @@
-"""Training examples from random simulated rigs: contacts, and the contexts of their rigs."""
+"""Training examples from random simulated rigs: contacts, and the contexts of the rigs."""
 
 from __future__ import annotations
 
@@ -56,7 +56,10 @@ _BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examples:
-    """Simulated contacts to predict, and the contexts of their rigs."""
+    """Simulated contacts to predict, and the contexts of their rigs.
+
+    A context is what the network knows of a rig, from pinches of blocks.
+    """
 
     signals: NDArray[np.int16]
     shore_a: Values
@@ -87,7 +90,10 @@ def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def placing(rng: Rng, has_strips: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return random delays of placed contacts, in samples: those of a strip or of a detector."""
+    """Return random delays from a contact to where a strip or a detector places it, in samples.
+
+    ``has_strips`` is True for the entries that a strip places.
+    """
     mean, deviation = np.where(has_strips[:, None], STRIP, PLACED).T
     drawn = np.round(mean + deviation * rng.standard_normal(len(mean))).astype(np.intp)
     out: NDArray[np.intp] = np.clip(drawn, -MARGIN, MARGIN)
@@ -119,9 +125,9 @@ def rig_examples(number: int, seed: int, family: str = "", again: int = 0) -> Ex
 def labelled_touches(
     number: int, seed: int, family: str = ""
 ) -> tuple[Touches, Values, Touches, Values]:
-    """Simulate contacts of rig ``number``, first with blocks and then with objects.
+    """Simulate contacts of rig ``number`` with blocks and with objects.
 
-    Return both, each followed by the Shore A.
+    Return (contacts with blocks, Shore A of these, contacts with objects, Shore A of these).
     """
     d = _drawn(number, seed, family, 0)
     is_object = d.numbers >= 0
@@ -189,7 +195,7 @@ def _touch(
 def _context(
     rig: RandomRig, blocks: list[float], days: list[Day], rng: Rng
 ) -> tuple[tuple[NDArray[np.int16], Values], Values]:
-    """Simulate a rig's pinches of blocks. Return ((signals, closing speeds, m/s), Shore A)."""
+    """Simulate a rig's pinches of blocks. Return ((signals, closing speeds in m/s), Shore A)."""
     each = int(rng.integers(*CONTEXT))
     signals, speeds, levels = [], [], []
     for shore_a in blocks:
@@ -255,7 +261,10 @@ def _example_set(d: _Drawn) -> Examples:
 
 
 def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
-    """Return indices of a random share of the pinches of each Shore A, at least two of each."""
+    """Return the indices of a random share of the pinches of each Shore A.
+
+    At least two pinches of each Shore A are included.
+    """
     chosen = []
     for level in np.unique(shore_a):
         members = rng.permutation(np.flatnonzero(shore_a == level))
@@ -266,8 +275,8 @@ def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
     """Return closing speeds and object radii as inputs of the network, shape (n, HINTS).
 
-    ``speed`` is ln(speed / the rig's usual speed), and ``alike`` the confidence in it. ``radii``
-    are in m; NaN if unknown.
+    ``speed`` is ln(speed / usual speed of the rig), and ``alike`` the confidence in it. ``radii``
+    are in m, and NaN if unknown.
     """
     believed = alike > touch_constants().believed
     has_radius = ~np.isnan(radii)
@@ -296,7 +305,7 @@ def example_set(
 ) -> Examples:
     """Return the examples of ``rigs`` random rigs, numbered from ``first`` on.
 
-    Those that are already in ``folder`` are not simulated again.
+    Examples that already exist in ``folder`` are read, not simulated again.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = [

@@ -1,4 +1,4 @@
-"""Pre-training of the package's network: simulate, train, calibrate and score."""
+"""Pre-training of the package's network: simulate rigs, then train, calibrate and score."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining.calibration import (
     LEVEL,
     PINCHES,
-    calibrated,
-    finished,
+    calibrate_average,
+    calibrate_network,
     object_errors,
     same_object,
 )
-from firstcontact_lab.pretraining.compact_training import STEPS, compacted
+from firstcontact_lab.pretraining.compact_training import STEPS, train_compact
 from firstcontact_lab.pretraining.examples import DRAWN, example_set
 from firstcontact_lab.pretraining.training import Full, Training
 from firstcontact_lab.rigs import FAMILIES
@@ -70,18 +70,21 @@ def pretrain(
 ) -> RigModel:
     """Pre-train the network, or resume a stopped pre-training. Return the model.
 
-    Several full networks (teachers) are trained with other random numbers on the same rigs. The
-    compact network learns the mean of their distributions, so it depends less on the luck of one.
-    ``out`` is the folder of the model, ``work`` that of intermediate files.
+    Several uncompressed networks (teachers) are trained on the same rigs with different random
+    numbers. The compact network learns the mean of their distributions, so it depends less on the
+    random numbers of one teacher. ``out`` is the folder of the model, ``work`` that of intermediate
+    files.
     """
     torch.set_num_threads(1)  # the number of threads decides the last bits of sums
     examples = example_set(work, TRAINED, size.rigs, seed, runner)
     say(f"{size.rigs} rigs, {len(examples)} contacts for training")
     teachers = []
-    for number, full in enumerate(runner.stream(_teacher, range(size.teachers), work, size, seed)):
+    for number, full in enumerate(
+        runner.stream(_train_teacher, range(size.teachers), work, size, seed)
+    ):
         say(f"network {number + 1} of {size.teachers} is trained")
         teachers.append(full)
-    network = compacted(
+    network = train_compact(
         teachers,
         examples,
         seed,
@@ -89,8 +92,8 @@ def pretrain(
         progress=lambda step, loss: say(f"compact, step {step} of {size.steps}: loss {loss:.3f}"),
     )
     calibration = example_set(work, CALIBRATED, size.calibration, seed, runner)
-    model = finished(network, calibration, seed)
-    model = calibrated(model, range(CALIBRATED, CALIBRATED + size.calibration), seed, runner)
+    model = calibrate_network(network, calibration, seed)
+    model = calibrate_average(model, range(CALIBRATED, CALIBRATED + size.calibration), seed, runner)
     scores = all_scores(model, work, size, seed, runner)
     trained = (
         f"{size.rigs} random simulated rigs, {size.epochs} epochs, {size.teachers} teachers, "
@@ -101,8 +104,11 @@ def pretrain(
     return model
 
 
-def _teacher(number: int, work: Path, size: Size, seed: int) -> Full:
-    """Train full network ``number``, or resume its training. The example files must exist."""
+def _train_teacher(number: int, work: Path, size: Size, seed: int) -> Full:
+    """Train the ``number``-th uncompressed (teacher) network, or resume its training.
+
+    The files of the training examples must exist.
+    """
     torch.set_num_threads(1)
     examples = example_set(work, TRAINED, size.rigs, seed, Serial())
     state = work / f"training-v{DRAWN}-{seed}-{size.rigs}-{size.epochs}-{number}.pt"
@@ -112,13 +118,13 @@ def _teacher(number: int, work: Path, size: Size, seed: int) -> Full:
 def all_scores(
     model: RigModel, work: Path, size: Size, seed: int, runner: Runner
 ) -> Mapping[str, Mapping[str, Any]]:
-    """Return the model's scores on other random rigs, on other families, and of pooled pinches."""
+    """Return the scores of the model on other random rigs, on families, and of pooled pinches."""
     scores: dict[str, Mapping[str, Any]] = {}
 
     def judge(title: str, first: int, rigs: int, family: str = "") -> None:
         network, average = object_errors(model, range(first, first + rigs), seed, runner, family)
-        scores[title] = judged(network, model.factors)
-        scores[f"{title}, averaged"] = judged(average, model.mixed)
+        scores[title] = scores_by_time(network, model.factors)
+        scores[f"{title}, averaged"] = scores_by_time(average, model.mixed)
 
     judge("random rigs", JUDGED, size.judgement)
     for name, family in FAMILIES.items():
@@ -130,11 +136,11 @@ def all_scores(
     return scores
 
 
-def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
-    """Return RMSE, bias, coverage and interval width by time, ms.
+def scores_by_time(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
+    """Return RMSE, bias, coverage and interval width, by time in ms.
 
-    ``errors`` are those of one model from :func:`object_errors`. ``factors`` lead from standard
-    deviations to half widths.
+    ``errors`` is one entry of :func:`object_errors`, for the network or for the average.
+    ``factors`` lead from standard deviations to half widths.
     """
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():

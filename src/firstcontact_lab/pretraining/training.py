@@ -1,4 +1,4 @@
-"""Full network in PyTorch, and its training, which can be stopped and resumed."""
+"""Uncompressed network in PyTorch, and its training, which can be stopped and resumed."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class TorchNetwork(nn.Module):
     def forward(
         self, x: torch.Tensor, tokens: torch.Tensor, present: torch.Tensor, general: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return each contact's scaled Shore A as a mixture of normal distributions.
+        """Return the scaled Shore A of each contact as a mixture of normal distributions.
 
         The result is (logarithms of the weights, means, logarithms of the standard deviations).
         """
@@ -65,7 +65,7 @@ class TorchNetwork(nn.Module):
     def predict(
         self, x: torch.Tensor, e: torch.Tensor, present: torch.Tensor, general: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return the mixtures of :meth:`forward`, given blocks ``e`` that are already encoded."""
+        """Return the same mixtures as :meth:`forward`, from blocks ``e`` already encoded."""
         silu, layers, n = nn.functional.silu, self.layers, len(x)
         count = present.sum(1, keepdim=True).clamp(min=1)
         mean = (layers["mean"](e) * present[..., None]).sum(1) / count
@@ -101,16 +101,16 @@ class Full:
     scales: Mapping[str, NDArray[np.float32]]
 
     def scaled(self, name: str, x: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return inputs of the network, minus their mean, in standard deviations.
+        """Return inputs of the network minus their mean, divided by their standard deviation.
 
-        ``name`` is that of the input.
+        ``name`` is the name of the input.
         """
         out: NDArray[np.float32] = (x - self.scales[f"{name}.mean"]) / self.scales[f"{name}.sd"]
         return out
 
 
 class Training:
-    """Training of a full network. It is saved after each pass over the examples, to be resumed."""
+    """Training of an uncompressed network. It is saved after each epoch, and can be resumed."""
 
     def __init__(self, examples: Examples, epochs: int, seed: int, state: Path) -> None:
         torch.manual_seed(seed)
@@ -123,12 +123,12 @@ class Training:
         scaled = self._full.scaled("token", tokens) * present[..., None]
         self._tokens, self._there = torch.from_numpy(scaled), torch.from_numpy(present)
         if state.exists():
-            self._go_on()
+            self._load_state()
 
     def run(self, progress: Callable[[int, float], object] = lambda epoch, loss: None) -> Full:
-        """Run the remaining passes over the examples, and return the network.
+        """Run the remaining epochs, and return the network.
 
-        After each pass, call ``progress`` with its number and mean loss.
+        After each epoch, call ``progress`` with the number of the epoch and the mean loss.
         """
         for epoch in range(self._done, self._epochs):
             losses = []
@@ -141,7 +141,7 @@ class Training:
                     gone = (epoch + (place + part * BATCH / PREPARED) / len(lots)) / self._epochs
                     losses.append(self._step(lot, gone))
             self._done = epoch + 1
-            self._keep()
+            self._save_state()
             progress(self._done, float(np.mean(losses)))
         return self._full
 
@@ -173,7 +173,7 @@ class Training:
         self._optimizer.step()
         return float(loss.item())
 
-    def _keep(self) -> None:
+    def _save_state(self) -> None:
         state = {
             "epoch": self._done,
             "network": self._network.state_dict(),
@@ -182,7 +182,7 @@ class Training:
         with replacing(self._state) as temporary:
             torch.save(state, temporary)
 
-    def _go_on(self) -> None:
+    def _load_state(self) -> None:
         state = torch.load(self._state, weights_only=True)
         self._done = state["epoch"]
         self._network.load_state_dict(state["network"])
@@ -205,7 +205,7 @@ def expected_loss(
 def rate_share(gone: float) -> float:
     """Return the learning rate as a share of ``RATE``.
 
-    ``gone`` is the finished share of training.
+    ``gone`` is the share of the training that is finished, from 0 to 1.
     """
     if gone < WARM_UP:
         return 0.04 + 0.96 * gone / WARM_UP
@@ -213,7 +213,10 @@ def rate_share(gone: float) -> float:
 
 
 def input_scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
-    """Return mean and standard deviation of each input of the network, over some contacts."""
+    """Return (mean, standard deviation) arrays for the inputs of the network, by name.
+
+    They are computed over some of the contacts. The keys are NAME.mean and NAME.sd.
+    """
     rng = np.random.default_rng([seed, 0, 0, 1])
     indices = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))
     batch = draw_batch(examples, indices, rng)

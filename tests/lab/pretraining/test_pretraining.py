@@ -23,8 +23,8 @@ from firstcontact_lab.pretraining.calibration import (
     LEVEL,
     PINCHES,
     answers,
+    calibrate_network,
     coverage,
-    finished,
     shared_part,
 )
 from firstcontact_lab.pretraining.examples import Examples, example_set, joined, rig_examples
@@ -144,10 +144,10 @@ def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
 
 def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> None:
     examples = few()
-    from firstcontact_lab.pretraining.compact_training import compacted
+    from firstcontact_lab.pretraining.compact_training import train_compact
 
     full = training(examples, 2, SEED, tmp_path / "t").run()
-    model = finished(compacted([full], examples, SEED, 3), examples, SEED)
+    model = calibrate_network(train_compact([full], examples, SEED, 3), examples, SEED)
     objects = examples.object_ids >= 0
     for samples in (Rig.STAGES[0], Rig.STAGES[5], Rig.STAGES[-1]):
         values, spreads = answers(model, examples, samples, SEED)
@@ -175,21 +175,21 @@ def full() -> Full:
     return Full(TorchNetwork(), input_scales(three_rigs(), 0))
 
 
-def compacted(
+def train_compact(
     steps: int = 0, directions: dict[str, int] | None = None, teachers: int = 1
 ) -> ContextNetwork:
     from firstcontact_lab.pretraining import compact_training
 
     directions = directions or dict(compact_training.DIRECTIONS)
-    return compact_training.compacted([full()] * teachers, three_rigs(), 1, steps, directions)
+    return compact_training.train_compact([full()] * teachers, three_rigs(), 1, steps, directions)
 
 
 def test_sums_of_integers_fit_in_32_bits() -> None:
-    from firstcontact_lab.pretraining.compact_training import integers
+    from firstcontact_lab.pretraining.compact_training import quantize_rows
 
     rng = np.random.default_rng(0)
     weight = rng.standard_normal((20, 300)) * rng.choice([1e-6, 1.0, 1e6], (20, 1))
-    arrays = integers("a", weight)
+    arrays = quantize_rows("a", weight)
     assert (np.abs(arrays["a.weight"].astype(int)).sum(axis=1) * 32767 < 2**31).all()
     again = arrays["a.weight"] * arrays["a.scale"][:, None].astype(np.float64)
     assert (np.abs(again - weight) <= 0.51 * arrays["a.scale"][:, None]).all()
@@ -200,8 +200,8 @@ def test_with_all_directions_the_chain_predicts_as_the_full_network() -> None:
 
     from firstcontact_lab.pretraining.training import CENTRE, UNIT
 
-    network = compacted(directions=ALL)
-    model = finished(network, three_rigs(), 0)
+    network = train_compact(directions=ALL)
+    model = calibrate_network(network, three_rigs(), 0)
     rng, scales = np.random.default_rng(1), full().scales
     scaled = {
         "inputs": rng.standard_normal((40, INPUTS)),
@@ -232,13 +232,13 @@ def test_with_all_directions_the_chain_predicts_as_the_full_network() -> None:
 
 
 def test_equal_seeds_give_equal_weights() -> None:
-    one, other = compacted(3).to_arrays(), compacted(3).to_arrays()
+    one, other = train_compact(3).to_arrays(), train_compact(3).to_arrays()
     assert one.keys() == other.keys()
     assert all(np.array_equal(one[name], other[name]) for name in one)
 
 
 def test_two_equal_teachers_teach_as_one() -> None:
-    one, two = compacted(3).to_arrays(), compacted(3, teachers=2).to_arrays()
+    one, two = train_compact(3).to_arrays(), train_compact(3, teachers=2).to_arrays()
     for name in ("answer.bias", "answer.weight", "term.weight"):
         assert two[name] == pytest.approx(one[name], abs=1e-4), name
 

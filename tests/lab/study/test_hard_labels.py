@@ -21,7 +21,7 @@ from firstcontact_lab.study.parts.blocks import BLOCKS, blocks
 from firstcontact_lab.study.parts.contacts import CONTACT, contacts
 from firstcontact_lab.study.parts.hardness import HARDNESS, hardness
 from firstcontact_lab.study.parts.inference import inference
-from firstcontact_lab.study.parts.objects import objects
+from firstcontact_lab.study.parts.objects import measure_objects
 from firstcontact_lab.study.parts.waveforms import PEAK, waveforms
 from firstcontact_lab.study.run import plan
 from partial import study_state
@@ -84,7 +84,7 @@ def test_a_specimen_that_was_measured_twice_is_no_stranger(shore: Dataset) -> No
             return replace(fruit, shore_a=35.0, session=label.session, role=Role.TRAIN)
         return fruit if label.role is Role.TEST else label
 
-    outcome = objects(Subject("x", relabel(shore, ripened)), SMALL, Serial(), MODELS)
+    outcome = measure_objects(Subject("x", relabel(shore, ripened)), SMALL, Serial(), MODELS)
     assert outcome.results is NOTHING
     assert "'fruit 1' of 'fruit' has both roles" in outcome.left_out[0]
 
@@ -147,7 +147,7 @@ def test_no_window_at_all(make_shore: Callable[..., Dataset], ranks: Dataset) ->
     subject = Subject("x", cut(make_shore(), 0, 510))
     for outcome in (
         blocks(subject, SMALL, Serial(), MODELS),
-        objects(subject, SMALL, Serial(), MODELS),
+        measure_objects(subject, SMALL, Serial(), MODELS),
         inference(subject, SMALL, Serial()),
         waveforms(subject),
         hardness(Subject("x", cut(ranks, 0, 510)), SMALL, Serial()),

@@ -153,7 +153,8 @@ class Source(ABC):
     can_poll: bool = False
     twin_hand: tuple[str, int] | None = None
 
-    def __init_subclass__(cls) -> None:
+    def __init_subclass__(cls, **options: object) -> None:
+        super().__init_subclass__(**options)
         if hasattr(cls, "recorded"):
             raise TypeError(f"{cls.__name__}.recorded has no effect: rename it to is_replay")
 

@@ -41,7 +41,7 @@ class LoopCounts:
     estimates: int = 0
     #: Contacts whose deadline passed without an estimate.
     misses: int = 0
-    #: Estimates after the deadline, which the policy did not receive.
+    #: Estimates after the deadline or out of range, which the policy did not receive.
     unused: int = 0
     #: Contacts whose estimates met the deadline but reached the hand after the second contact.
     overtaken: int = 0

@@ -377,6 +377,9 @@ class Grasping:
                 f"{counts.overtaken} within the limit, but after the second contact; "
                 f"{counts.misses} had no usable estimate within the limit"
             )
+        if counts.unused:
+            unused = counted(counts.unused, "estimate")
+            lines.append(f"{unused} had no effect: past the policy's time limit, or out of range")
         if self.slips:
             lines.append(f"{self.slips} slip signals: new slips, and slips that went on")
         if self._safe is not None:

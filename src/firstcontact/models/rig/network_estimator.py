@@ -172,8 +172,7 @@ class HeldOut:
     """Errors of predictions for held-out pinches of a rig, Shore A.
 
     Errors are predictions minus labels. ``from_mean`` are the errors of predicting the mean, shape
-    (n,). ``ratios`` are magnitudes of errors over half widths of intervals, shape (times, n).
-    ``rows`` are the positions of the pinches.
+    (n,). ``rows`` are the positions of the pinches.
     """
 
     #: Errors at each scored time, shape (times, n). The last time is the longest.
@@ -372,8 +371,8 @@ def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
         sentences.append(f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice}")
     narrowest, widest = made.check.scales.min(), made.check.scales.max()
     change = (
-        f"so they are now {floor(100 * narrowest) / 100:.2f} to {ceil(100 * widest) / 100:.2f} "
-        "times as wide"
+        f"and all widths were then multiplied by {floor(100 * narrowest) / 100:.2f} to "
+        f"{ceil(100 * widest) / 100:.2f}"
         if (made.check.scales != 1.0).any()
         else "and they were not changed"
     )

@@ -145,7 +145,8 @@ def test_stated_coverage_is_not_too_large_and_stated_widening_not_too_small() ->
     rig = ringing(120, levels=(20.0, 60.0))
     check = adapt_network(BASE, *rig).check
     sentences = NetworkEstimator(Task.REGRESSION, BASE.rate).fit(*rig)[1]
-    stated = re.search(r"at least ([\d.]+) % .* now ([\d.]+) to ([\d.]+) times", sentences[-1])
+    pattern = r"at least ([\d.]+) % .* multiplied by ([\d.]+) to ([\d.]+)$"
+    stated = re.search(pattern, sentences[-1])
     share, least, scale = map(float, stated.groups())
     assert share <= 100 * check.coverage < share + 0.1
     assert least <= check.scales.min() < least + 0.01

@@ -64,7 +64,7 @@ def _unit(x: Values) -> Values:
 
 
 def _slow(rng: Rng, n: int, seconds: float) -> Values:
-    """Return slow noise with mean 0, standard deviation about 0.8 and a correlation time of ``seconds``."""
+    """Return slow noise: mean 0, standard deviation about 0.8, correlation time ``seconds``."""
     knots = max(2, math.ceil(n / FINGERTIP_RATE / seconds) + 2)
     at = np.linspace(0, knots - 1, n)
     out: Values = np.interp(at, np.arange(knots), rng.standard_normal(knots))

@@ -59,7 +59,7 @@ def test_native_device_predicts_as_the_chain_in_python(
     sent = images[0] if kind == "random" else model_image(1, "svr")
     if kind == "default":
         sent = hand_image(twin_model("paper-rig", 0), FLOORS)
-    options = ("--scans", str(scans), "--speed", "8", "--ring", "65000")
+    options = ("--scans", str(scans), "--speed", "5", "--ring", "65000")
     options += ("--models", str(tmp_path / "models"))
     with running(strict_program, *options) as device:
         assert flash_model(device.path, sent.data) == sent.digest

@@ -213,7 +213,7 @@ def test_power_cut_leaves_the_old_model(board: Board, images: Images, share: flo
 
 def test_samples_missed_during_a_write_keep_their_numbers(board: Board, images: Images) -> None:
     """The n-th scan belongs to the n-th period since the start, even if some were missed."""
-    scans = random_scans(200_000, 2)
+    scans = random_scans(600_000, 2)
     with board.running() as device:
         with feeding(device, scans[:-1000]):
             flash_model(device.path, images[0].data)

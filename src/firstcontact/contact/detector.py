@@ -124,7 +124,11 @@ class Detector:
 
     @classmethod
     def sizes(cls, rate: float) -> WindowSizes:
-        """Return the lengths of window, step and steady state, in samples at ``rate``, Hz."""
+        """Return the detector's lengths in samples at ``rate`` Hz.
+
+        They are those of a window, of the step between windows, and of the steady motor signal
+        before a contact.
+        """
         return WindowSizes(
             samples_in(cls.duration, rate),
             max(1, samples_in(cls.step, rate)),

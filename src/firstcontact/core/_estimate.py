@@ -100,5 +100,8 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Device number of the sample that had to arrive before this event: ``complete``."""
+        """Number, in the device's count, of the last sample that this event needed.
+
+        Equal to ``complete``.
+        """
         return self.complete

@@ -105,7 +105,10 @@ def to_tree(value: Any) -> Any:
 
 def _encode_by_name(value: object) -> dict[str, Any]:
     if not isinstance(value, ByName):
-        raise NotImplementedError(f"{type(value).__name__} cannot be written as JSON")
+        raise NotImplementedError(
+            f"{type(value).__name__} cannot be written as JSON: use a record, a list, a dict, "
+            "text or a number"
+        )
     return {**to_tree(value.about), **value.entries}
 
 

@@ -30,7 +30,10 @@ def object_text(name: str) -> str:
 
 
 def tester_text(task: str) -> str:
-    """Return the order for a task of the simulated tester: "rest", "tap index" or "press thumb"."""
+    """Return the command text that makes the simulated tester do a task.
+
+    ``task`` is "rest", "tap index" or "press thumb".
+    """
     return f"{TESTER} {task}"
 
 

@@ -159,7 +159,7 @@ def _wait_for_pipe(
 
 def _open(stream: IO[bytes] | None) -> IO[bytes]:
     if stream is None or stream.closed:
-        raise BrokenPipeError("the child process has been ended")
+        raise BrokenPipeError("the child process has ended: start it again")
     return stream
 
 

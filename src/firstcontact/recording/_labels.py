@@ -280,7 +280,9 @@ def _parse_either(table: Table, name: str, other: str) -> list[Any] | None:
     Raises FileError if both columns exist.
     """
     if name in table and other in table:
-        raise FileError(f"{table.path} has both '{name}' and '{other}': keep one of them")
+        raise FileError(
+            f"{table.path} has both the columns '{name}' and '{other}': keep one of them"
+        )
     return _parse_column(table, other if other in table else name)
 
 

@@ -233,7 +233,8 @@ class LiveSession:
         """
         if not self.uses_shape:
             raise ModelError(
-                "this model cannot use an object's shape: leave the shape out, or use the network"
+                "this model cannot use an object's shape: leave the shape out, or use a model with "
+                "the neural network"
             )
         self.pipeline.translator.radius = parse_radius(text)
         return radius_text(self.pipeline.translator.radius)

@@ -200,7 +200,10 @@ _Vector = NDArray[np.float64]
 
 
 class Piece(NamedTuple):
-    """Input and output of the compiled integration of a pinch, or of a part of one."""
+    """Arguments of the compiled function that integrates the motion of a pinch, or of a part.
+
+    The function also writes its results into them.
+    """
 
     index_finger: FingerParameters
     thumb: FingerParameters

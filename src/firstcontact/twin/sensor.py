@@ -131,7 +131,10 @@ ElectricalNoise = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
-    """Base class of the simulated converters of both fingertips, which start without load."""
+    """Base class of the simulated electronics of both fingertips: from motion to raw samples.
+
+    No force acts on the fingertips at the start.
+    """
 
     def __init__(self, draw: PinchDraw) -> None:
         self._draw = draw

@@ -126,7 +126,7 @@ class Body:
 
     @property
     def size(self) -> float:
-        """Distance between the first two nodes of the touched face, m."""
+        """Element size: the distance between the first two nodes of the touched face, m."""
         return float(self.nodes[self.surface[1], 0])
 
     def back(self) -> tuple[Indices, Values]:

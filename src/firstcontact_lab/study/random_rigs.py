@@ -313,7 +313,9 @@ def _pinch(
     is_quiet: bool,
     rng: Rng,
 ) -> tuple[NDArray[np.float32], int, float]:
-    """Simulate a contact. Return (signal in V, number of valid samples, closing speed in m/s).
+    """Simulate the first contact of a pinch.
+
+    Return (signal in V, number of valid samples, closing speed in m/s).
 
     Samples from the second contact on are not valid.
     """

@@ -15,7 +15,8 @@ class Sets:
     """Score contact detectors on several sets of real recordings, and write one report page.
 
     A set is a folder of recordings. It may also have noise/ (recordings without touches),
-    results.json of a study, and front_ends.csv (session,front_end: sensor and recording device).
+    results.json of a study, and front_ends.csv, a table with the columns session and front_end. A
+    front end is a sensor with its recording device.
     """
 
     folder: Annotated[Path, Option(positional=True)]

@@ -10,7 +10,16 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Contact, Dataset, Label, Pinch, Record, Role
+from firstcontact.core import (
+    ArgumentError,
+    ChannelKind,
+    Contact,
+    Dataset,
+    Label,
+    Pinch,
+    Record,
+    Role,
+)
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Touches
 from firstcontact.models.interval import SHORE_A
@@ -203,13 +212,20 @@ def pinch_squeeze(pinch: Pinch, times: Values, positions: Values, ms: float) -> 
     """Return the features of a squeeze, ``ms`` after the first contact, by the hand's sensors.
 
     ``positions`` (m) are those of the hand at ``times`` (s from the pinch's first sample). A
-    recording of a driven hand has them: ``pinch.group("hand")``.
+    recording of a driven hand has them: ``pinch.group("hand")``. Raises ArgumentError without a
+    second contact before ``ms``, or if the recording ends earlier.
     """
     rate = pinch.layout.rate
+    if len(pinch.truth) != 2:
+        raise ArgumentError(f"it has {len(pinch.truth)} contacts instead of two", "pinch")
     first, second = (contact.sample - pinch.first_sample for contact in pinch.truth)
     cells = pinch.layout.physical(pinch.data, pinch.layout.columns(ChannelKind.FORCE)).sum(axis=1)
     cells = cells - cells[:first].mean()
     now = (first + round(1e-3 * ms * rate)) / rate
+    end = min(len(cells) / rate, float(times.max(initial=0.0)) + LONGEST)
+    if not second / rate < now <= end:
+        span = [f"{1e3 * (time - first / rate):.0f}" for time in (second / rate, end)]
+        raise ArgumentError(f"expected {span[0]} (second contact) to {span[1]}, got {ms:g}", "ms")
     return squeeze_features(
         times, positions, np.arange(len(cells)) / rate, cells, second / rate, now
     )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.core import Dataset, Label
+from firstcontact.core import ArgumentError, Dataset, Label
 from firstcontact.jobs import Serial
 from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch, simulate_pinch
 from firstcontact.twin.pinch import excerpt
@@ -13,6 +13,7 @@ from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study.grasps import (
     FEATURES,
     LONGEST_GAP,
+    SECOND,
     SQUEEZES,
     GraspLaw,
     Sizes,
@@ -65,7 +66,8 @@ def test_laws_of_known_errors_average_better_than_each_estimate(
     drift: float, softer: float
 ) -> None:
     pinches = known(drift, softer)
-    laws = measure_laws(pinches)
+    fitted = pinches.take(RANDOM)
+    laws = measure_laws(fitted)
     ms = SQUEEZES[-1]
     errors = {}
     for name in METHODS:
@@ -74,7 +76,6 @@ def test_laws_of_known_errors_average_better_than_each_estimate(
         inside = np.mean((low <= TRUTH) & (high >= TRUTH))
         assert name == "first" or inside == pytest.approx(0.9, abs=0.015)
     # The line of the classical method removes its bias, and its excess of scale.
-    fitted = pinches.take(RANDOM)
     value, _, _ = fitted.predict("squeeze", ms, laws)
     assert np.mean(value - fitted.shore_a) == pytest.approx(0, abs=0.1)
     assert errors["squeeze"] < min(8.0, TRUTH.std())
@@ -98,9 +99,10 @@ def test_the_first_finger_alone_keeps_its_estimate() -> None:
     pinches = known(0.0, 0.0)
     laws = measure_laws(pinches)
     for ms in FIRST:
-        alone = 1e3 * pinches.gaps > ms
+        alone = 1e3 * (pinches.gaps + SECOND) > ms
+        assert alone.any()
         first = pinches.predict("first", ms, laws)
-        for name in ("fingers", "everyday", "sharpened"):
+        for name in ("fingers", "sharpened"):
             for made, given in zip(pinches.predict(name, ms, laws), first, strict=True):
                 np.testing.assert_array_equal(made[alone], given[alone])
 
@@ -140,6 +142,14 @@ def test_a_recorded_pinch_gives_the_features_of_its_squeeze() -> None:
     moved = [replace(c, sample=c.sample + 700, decided=c.decided + 700) for c in pinch.truth]
     later = replace(pinch, first_sample=700, truth=tuple(moved))
     np.testing.assert_allclose(np.exp(pinch_squeeze(later, times, 0.1 * times, 200)), late)
+    gap = 1e3 * (second - first)
+    for ms in (gap - 1, 290):
+        with pytest.raises(ArgumentError, match=rf"^ms: .*{gap:.0f} \(second contact\)"):
+            pinch_squeeze(pinch, times, 0.1 * times, ms)
+    with pytest.raises(ArgumentError, match=r"^ms: "):
+        pinch_squeeze(pinch, times[:20], times[:20], 200)
+    with pytest.raises(ArgumentError, match=r"^pinch: it has 1 contacts"):
+        pinch_squeeze(replace(pinch, truth=pinch.truth[:1]), times, 0.1 * times, 200)
 
 
 def test_one_seed_gives_the_same_pinches_and_each_has_every_estimate() -> None:
@@ -162,7 +172,8 @@ def test_each_method_is_scored_when_it_has_an_estimate() -> None:
     made = measure(subject, settings, Serial())
     results = made.results[WHOLE_GRASP]
     assert results is not None
-    assert list(results.methods) == list(METHODS)
+    assert list(results.methods) == list(METHODS) == ["first", *results.pooled]
+    assert results.laws.keys() == results.pooled_laws.keys()
     scores = {name: method.scores for name, method in results.methods.items()}
     assert scores["sharpened"][f"{EVERYDAY} {FIRST[0]} rmse"] == pytest.approx(
         scores["first"][f"{EVERYDAY} {FIRST[0]} rmse"]
@@ -171,11 +182,14 @@ def test_each_method_is_scored_when_it_has_an_estimate() -> None:
         times = SQUEEZES if name in SENSORS else TIMES
         keys = {f"{use} {ms} rmse" for use in (EVERYDAY, RANDOM) for ms in times}
         assert {key for key in scores[name] if key.endswith("rmse")} == keys
+        if name != "first":
+            assert results.pooled[name].scores.keys() == scores[name].keys()
+            assert results.pooled[name].scores != scores[name]
     # The twin's network is better than a guess, and the stall of the hand is calibrated on blocks.
     assert 3 < scores["sharpened"][f"{EVERYDAY} {SQUEEZES[-1]} rmse"] < 16
     # The squeeze reads objects too soft by the scale of blocks.
     assert results.softer < 0
     assert made.figures[0].image.startswith("data:image/svg+xml")
     everyday, random = PART.made_tables(made.results)
-    assert len(everyday.lines) == len(random.lines) == 11
+    assert len(everyday.lines) == len(random.lines) == 15
     assert measure(Subject("recordings", Dataset(())), settings, Serial()).results is NOTHING

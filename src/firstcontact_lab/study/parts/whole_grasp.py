@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,13 +46,12 @@ LAW_SEED, LAW_HANDS = 9201, 12
 METHODS = {
     "first": "First finger",
     "fingers": "Both fingers",
-    "everyday": "Both fingers, fitted to everyday objects",
     "squeeze": "Squeeze (classical)",
     "sharpened": "All together",
     "exact": "Squeeze, exact sensors",
     "sharpened_exact": "All together, exact sensors",
 }
-_COLOURS = dict(zip(METHODS, (SKY, BLUE, BLUE, ORANGE, GREEN, INK, INK), strict=True))
+_COLOURS = dict(zip(METHODS, (SKY, BLUE, ORANGE, GREEN, INK, INK), strict=True))
 SCORES = ("rmse", "bias", "coverage", "width")
 USES = (EVERYDAY, RANDOM)
 KEYS = tuple(f"{use} {ms} {score}" for use in USES for ms in TIMES for score in SCORES)
@@ -70,10 +70,12 @@ class WholeGrasp(Record, frozen=True, kw_only=True):
     softer: float
     #: Correlation of the errors of both fingers.
     correlation: float
-    #: Laws by method and time, measured on other hands: ``everyday`` on everyday objects, others
-    #: on random ones.
+    #: Laws by method and time, measured on random objects of other hands, and scores with them.
     laws: dict[str, GraspLaw]
     methods: dict[str, RigScores]
+    #: The same for laws measured on random and everyday objects. Older results have none.
+    pooled_laws: dict[str, GraspLaw] = msgspec.field(default_factory=dict)
+    pooled: dict[str, RigScores] = msgspec.field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,9 +108,9 @@ class _Estimates:
         value, _, low, high = self.first[FIRST.index(ms) if ms in FIRST else -1]
         if name == "first":
             return value, low, high
-        if ms not in SQUEEZES and name != "everyday":
+        if ms not in SQUEEZES:
             name = "fingers"
-        law = laws[name if name in FINGERS else f"{name} {ms}"]
+        law = laws[name if name == "fingers" else f"{name} {ms}"]
         made = law.predict(*self.evidence(name, ms, laws))
         is_there = 1e3 * (self.gaps + SECOND) <= ms
         value, low, high = (
@@ -125,7 +127,7 @@ class _Estimates:
             return np.zeros(len(squeezes)), np.ones(len(squeezes)), squeezes
         first, spread = self.first[-1, :2]
         evidence = [self.second - first, self.gaps]
-        if name not in FINGERS:
+        if name != "fingers":
             classical = "exact" if name == "sharpened_exact" else "squeeze"
             evidence.append(self.predict(classical, ms, laws)[0] - first)
         return first, spread, np.column_stack(evidence)
@@ -134,21 +136,17 @@ class _Estimates:
 _ARRAYS = ("first", "second", "squeeze", "exact", "gaps", "shore_a", "uses")
 #: Classical methods. They have no estimate before ``SQUEEZES``.
 SENSORS = ("squeeze", "exact")
-#: Methods without the squeeze.
-FINGERS = ("fingers", "everyday")
 
 
-def measure_laws(estimates: _Estimates) -> dict[str, GraspLaw]:
+def measure_laws(pinches: _Estimates) -> dict[str, GraspLaw]:
     """Measure how later evidence corrects the first finger's estimate, and classical methods."""
-    random, everyday = estimates.take(RANDOM), estimates.take(EVERYDAY)
     laws: dict[str, GraspLaw] = {}
-    for name, pinches in (("fingers", random), ("everyday", everyday)):
-        given = pinches.evidence(name, SQUEEZES[-1], laws)
-        laws[name] = GraspLaw.measure(*given, pinches.shore_a, shifts=False)
+    given = pinches.evidence("fingers", SQUEEZES[-1], laws)
+    laws["fingers"] = GraspLaw.measure(*given, pinches.shore_a, shifts=False)
     for name in (*SENSORS, "sharpened", "sharpened_exact"):
         for ms in SQUEEZES:
-            given = random.evidence(name, ms, laws)
-            law = GraspLaw.measure(*given, random.shore_a, shifts=name in SENSORS)
+            given = pinches.evidence(name, ms, laws)
+            law = GraspLaw.measure(*given, pinches.shore_a, shifts=name in SENSORS)
             laws[f"{name} {ms}"] = law
     return laws
 
@@ -164,9 +162,14 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     estimates = runner.map(_estimates, jobs, subject.name, sizes, settings.seed)
     scored = estimates[: len(seeds)]
     unscored = joined(estimates[len(seeds) :])
-    laws, random = measure_laws(unscored), unscored.take(RANDOM)
-    rows = np.array([[_scores(each, laws) for each in scored]]).swapaxes(0, 1)
-    (scores,) = rig_scores(rows, KEYS, settings.seed)
+    random = unscored.take(RANDOM)
+    laws, pooled_laws = measure_laws(random), measure_laws(unscored)
+    rows = np.array([[_scores(each, used) for used in (laws, pooled_laws)] for each in scored])
+    methods, pooled = (
+        {name: _without_gaps(method) for name, method in zip(METHODS, scores, strict=True)}
+        for scores in rig_scores(rows, KEYS, settings.seed)
+    )
+    del pooled["first"]  # it uses no law
     errors = [finger - random.shore_a for finger in (random.first[-1, 0], random.second)]
     results = WholeGrasp(
         seeds=seeds,
@@ -176,7 +179,9 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         softer=float(np.mean(random.squeeze[:, 0] - random.shore_a)),
         correlation=float(np.asarray(np.corrcoef(errors))[0, 1]),
         laws=laws,
-        methods={name: _without_gaps(method) for name, method in zip(METHODS, scores, strict=True)},
+        methods=methods,
+        pooled_laws=pooled_laws,
+        pooled=pooled,
     )
     return PartResult([WHOLE_GRASP(results)], [time_figure(results)])
 
@@ -297,7 +302,6 @@ _UNITS = {"rmse": "shore", "bias": "bias", "coverage": "share", "width": "shore"
 _LINES = (
     ("first", (2, 5, 15)),
     ("fingers", (100,)),
-    ("everyday", (100,)),
     ("squeeze", (SQUEEZES[0], SQUEEZES[-1])),
     ("sharpened", (SQUEEZES[0], SQUEEZES[-1])),
     ("exact", SQUEEZES[-1:]),
@@ -315,16 +319,18 @@ def _table(results: SubjectResults, use: str, title: str) -> Table | None:
         f"{', '.join(map(str, grasp.seeds))}). After each value: its 95 % bootstrap interval over "
         "hands; in brackets that of the difference from the first finger at the same time. All "
         "methods on the same pinches, without those in which the second finger touches within 2 ms "
-        f"or after {1e3 * LONGEST_GAP:.0f} ms ({100 * grasp.left_out:.0f} %)."
+        f"or after {1e3 * LONGEST_GAP:.0f} ms ({100 * grasp.left_out:.0f} %). Weights are fitted "
+        "to random objects of other hands, pooled ones to random and everyday objects."
     )
     lines = []
-    for name, times in _LINES:
-        for ms in times:
-            when = f"{grasp.second_ms:.0f} ms on average" if name in FINGERS else f"{ms} ms"
-            scores = grasp.methods[name]
-            cells = [scores.cell(f"{use} {ms} {key}", unit) for key, unit in _UNITS.items()]
-            if any(cell.text != ABSENT for cell in cells):
-                lines.append(Line([Cell(f"{METHODS[name]}, {when}"), *cells]))
+    shown = [(grasp.methods, "", name, ms) for name, times in _LINES for ms in times]
+    shown += [(grasp.pooled, " (pooled)", name, SQUEEZES[-1]) for name in grasp.pooled]
+    for methods, law, name, ms in shown:
+        when = f"{grasp.second_ms:.0f} ms on average" if name == "fingers" else f"{ms} ms"
+        scores = methods[name]
+        cells = [scores.cell(f"{use} {ms} {key}", unit) for key, unit in _UNITS.items()]
+        if any(cell.text != ABSENT for cell in cells):
+            lines.append(Line([Cell(f"{METHODS[name]}, {when}{law}"), *cells]))
     return Table(caption, ["", "RMSE", "Bias", "Coverage", "Width"], lines)
 
 
@@ -335,21 +341,19 @@ def _text(subjects: Subjects) -> str:
         "to second contacts on blocks. The classical method measures the stiffness of the squeeze "
         "from the force cells and the travel of the drives (200 positions a second with an error "
         "of 0.1 mm), calibrated on the same blocks. “Exact sensors” have the true force and "
-        "compression at the fingertips. The laws are fitted on random objects of other, random "
-        "hands: for the classical method a linear regression from the squeeze, relative to those "
-        "of the hand's blocks, to Shore A; for the average the weights of second finger, time "
-        "between the contacts and squeeze. So only the method that says so was fitted to everyday "
-        "objects."
+        "compression at the fingertips. Weights are fitted on random objects of other, random "
+        "hands: for the classical method those of a linear regression from the squeeze, relative "
+        "to those of the hand's blocks, to Shore A; for the average those of second finger, time "
+        "between the contacts and squeeze. Pooled weights are fitted on random and everyday "
+        "objects of these hands."
     )
     for results in subjects.values():
         if (grasp := results[WHOLE_GRASP]) is not None:
-            weight, alike = (grasp.laws[name].weights[0] for name in FINGERS)
             return (
                 f"{text} The errors of both fingers correlate by {grasp.correlation:.2f}, and the "
-                f"second finger gets the weight {weight:.2f}; fitted to everyday objects it gets "
-                f"{alike:.2f}. By the blocks alone the squeeze reads these objects "
-                f"{-grasp.softer:.0f} Shore A too soft, because their shape and structure yield, "
-                "too."
+                f"second finger gets the weight {grasp.laws['fingers'].weights[0]:.2f}. By the "
+                f"blocks alone the squeeze reads these objects {-grasp.softer:.0f} Shore A too "
+                "soft, because their shape and structure yield, too."
             )
     return text
 

@@ -119,7 +119,9 @@ class Marks:
         """
         if action.do == "undo":
             if not self.done:
-                raise ArgumentError("there is no label left to undo")
+                raise ArgumentError(
+                    "there is no label left to undo: accept or reject an onset first"
+                )
             reopened = self.done[-1].number
             self.replay(self.done[:-1])
             return reopened

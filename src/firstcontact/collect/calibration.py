@@ -109,11 +109,12 @@ def calibrate(
     shortest, longest = SECONDS
     if not shortest <= seconds <= longest:
         raise ArgumentError(
-            f"the time at rest must lie between {shortest:g} and {longest:g} s", parameter="seconds"
+            f"the time at rest is {seconds:g} s: give {shortest:g} to {longest:g} s",
+            parameter="seconds",
         )
     if not 0 <= patience <= longest:
         raise ArgumentError(
-            f"the additional wait must lie between 0 and {longest:g} s", parameter="patience"
+            f"the additional wait is {patience:g} s: give 0 to {longest:g} s", parameter="patience"
         )
     if weigh and weights is not None:
         raise ArgumentError(
@@ -123,7 +124,7 @@ def calibrate(
     if weigh and confirmed is None:
         raise ArgumentError(
             "a person must place each weight: also pass `confirmed`, a function that returns True "
-            "once the weight is on the taxel",
+            "once the weight is on the force sensor",
             parameter="weigh",
         )
     if isinstance(weights, str | os.PathLike):
@@ -341,10 +342,14 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
             f"curve needs {FEWEST}: add weights"
         )
     if not (force >= 0).all() or not (force <= HEAVIEST).all():
-        raise ArgumentError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")
+        raise ArgumentError(
+            f"{subject} lie between {force.min():g} and {force.max():g} N: give forces in "
+            f"newtons from 0 to {HEAVIEST:g}"
+        )
     if not ((volts > 0) & (volts < ADC_VOLTS)).all():
         raise ArgumentError(
-            f"the volts of {subject} must lie between 0 and {ADC_VOLTS:g}: check the wiring"
+            f"the voltages of {subject} are {volts.min():.3g} to {volts.max():.3g} V, but must lie "
+            f"between 0 and {ADC_VOLTS:g} V: check the wiring"
         )
     levels = [(f, volts[force == f].mean()) for f in np.unique(force)]
     for (light, low), (heavy, high) in pairwise(levels):

@@ -65,7 +65,10 @@ def check_fingertips(
     require_source(source)
     shortest, longest = DRIFT_SECONDS
     if drift and not shortest <= drift <= longest:
-        raise ArgumentError(f"give 0, or {shortest:g} to {longest:g} s", parameter="drift")
+        raise ArgumentError(
+            f"the time for the drift is {drift:g} s: give 0, or {shortest:g} to {longest:g} s",
+            parameter="drift",
+        )
     layout = source.descriptor.layout
     if is_tapped(layout):
         raise DeviceError(f"{source.name} has no fingertips to check: give the device of a hand")

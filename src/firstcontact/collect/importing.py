@@ -90,7 +90,8 @@ def import_recordings(
     """
     if sensor is not None and sensor not in tuple(VibrationSensor):
         raise ArgumentError(
-            f"{sensor!r} must be one of {', '.join(VibrationSensor)}", parameter="sensor"
+            f"{sensor!r} is not a vibration sensor: choose one of {', '.join(VibrationSensor)}",
+            parameter="sensor",
         )
     path, out = given_path(path), resolved(given_path(out, "out"))
     try:
@@ -122,7 +123,7 @@ def import_recordings(
     with IMPORTERS.convert_errors(importer.name):
         dataset = importer.read(path, rate, **options)
         if not isinstance(dataset, Dataset):
-            raise TypeError(f"{type(dataset).__name__} is not a Dataset")
+            raise TypeError(f"{type(dataset).__name__} is not a Dataset: return one")
     dataset = _set_source(_add_warnings(dataset), path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()

@@ -199,7 +199,11 @@ def check_contacts(
     samples = [c.sample for c in contacts]
     fingers = [c.finger for c in contacts if c.finger is not None]
     if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-        raise ArgumentError("give at most one contact of each finger, in time order", "truth")
+        raise ArgumentError(
+            "the contacts are not in time order, or two are of one finger: give at most one of "
+            "each finger, in time order",
+            "truth",
+        )
     given = [("truth", sample) for sample in samples]
     given += [("found", contact.sample) for contact in hints]
     given += [] if motor_start is None else [("motor_start", motor_start)]

@@ -237,7 +237,7 @@ def open(
     with SOURCES.convert_errors(kind.name):
         source = kind.make(device, SourceOptions(speed, condition, seed, objects, fault))
         if not isinstance(source, Source):
-            raise TypeError(f"{type(source).__name__} is not a source")
+            raise TypeError(f"{type(source).__name__} is not a source: return a Source")
     return source
 
 

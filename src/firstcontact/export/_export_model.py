@@ -64,11 +64,12 @@ def export_model(
     place = given_path(out, "out")
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
         raise ArgumentError(
-            "the folder is not empty: give an empty or a new folder", parameter="out"
+            f"{place} is not an empty folder: give an empty or a new folder", parameter="out"
         )
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
         raise ArgumentError(
-            "the time limit of a prediction must lie between 0 and 1000000 us",
+            f"the time limit of a prediction is {budget_us:g} us: give more than 0 and at most "
+            "1000000 us",
             parameter="budget_us",
         )
     learned = None if data is None else training_pinches(data)

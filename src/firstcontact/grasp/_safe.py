@@ -207,7 +207,8 @@ class SafeHand(Hand):
                     self._driver.end()
             if not released:
                 raise HandError(
-                    f"the hand {self.name!r} may still hold its object: {self._failure}"
+                    f"the hand {self.name!r} may still hold its object ({self._failure}): "
+                    "look at the hand, and open it yourself"
                 )
 
     def __enter__(self) -> Self:

@@ -44,8 +44,8 @@ def check(port: str | None) -> str:
     require_modules("hand", "ah_wrapper")
     if port is None:
         raise DeviceError(
-            "the Ability Hand needs its serial port, such as /dev/ttyUSB0 "
-            f"({SIMULATED!r} is the simulated hand of its package)"
+            "the Ability Hand's serial port is missing: give it, such as --hand-port /dev/ttyUSB0 "
+            f"(or {SIMULATED!r}, the simulated hand of its package)"
         )
     return port
 

@@ -72,7 +72,10 @@ class SeparateHand(Hand):
         try:
             self._write_order(child, f"send {command.speed!r} {command.force!r}")
         except OSError as error:
-            raise HandError(f"the process of the hand {self.name!r} gets no commands") from error
+            raise HandError(
+                f"the process of the hand {self.name!r} takes no commands: check the hand's "
+                "connection, and open it again"
+            ) from error
 
     def positions(self) -> Sequence[tuple[float, ...]]:
         """Return the positions that the hand reported last; () if its process answers too late."""
@@ -85,7 +88,7 @@ class SeparateHand(Hand):
         except TimeoutError:
             return ()
         except OSError as error:
-            raise HandError(f"the process of the hand {self.name!r} has ended") from error
+            raise self._ended() from error
         return [tuple(map(float, pair.split(","))) for pair in answer.split()]
 
     def release(self) -> None:
@@ -111,8 +114,9 @@ class SeparateHand(Hand):
             child.interrupt()
         if not child.end(MUTE) or reason:
             raise HandError(
-                f"nothing confirms that the hand {self.name!r} is open: "
-                f"{reason or f'its process failed or did not end within {ENDED:g} s'}"
+                f"nothing confirms that the hand {self.name!r} is open "
+                f"({reason or f'its process failed or did not end within {ENDED:g} s'}): look at "
+                "the hand, and open it yourself"
             )
 
     def __enter__(self) -> Self:
@@ -128,10 +132,19 @@ class SeparateHand(Hand):
             raise
         if word != "ready":
             child.end(ENDED)
-            raise DeviceError(message or f"the process of the hand {self.name!r} did not start")
+            raise DeviceError(
+                message
+                or f"the process of the hand {self.name!r} did not start: see what it printed"
+            )
         self._unanswered.clear()
         self._child = child
         return self
+
+    def _ended(self) -> HandError:
+        return HandError(
+            f"the process of the hand {self.name!r} has ended: check the hand's connection, and "
+            "open it again"
+        )
 
     def _opened(self) -> Child:
         if self._child is None:
@@ -150,9 +163,12 @@ class SeparateHand(Hand):
         except TimeoutError:
             if self._unanswered and time.monotonic() > self._unanswered[0]:
                 child.interrupt()  # a driver that Python can interrupt then opens the hand
-                raise HandError(f"the process of the hand {self.name!r} does not answer") from None
+                raise HandError(
+                    f"the process of the hand {self.name!r} does not answer: check the hand's "
+                    "connection, and open it again"
+                ) from None
         except OSError as error:
-            raise HandError(f"the process of the hand {self.name!r} has ended") from error
+            raise self._ended() from error
 
     def _read_answer(self, child: Child, timeout: float) -> str:
         """Return the next answer of the process, without its first word "done".

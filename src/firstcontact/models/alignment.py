@@ -56,7 +56,8 @@ def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
     """
     if contacts not in get_args(Contacts):
         raise ArgumentError(
-            f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
+            f"{contacts!r} is not a kind of contact: choose one of {', '.join(get_args(Contacts))}",
+            parameter="contacts",
         )
     if contacts == "known" and all(p.first is None for p in dataset.pinches):
         raise ArgumentError(

@@ -131,7 +131,10 @@ def conformal_interval(
     """
     least = least_predictions(level)
     if len(answers) < least:
-        raise ValueError(f"{len(answers)} predictions give no coverage {level:g}: use {least}")
+        raise ValueError(
+            f"{len(answers)} predictions are too few for intervals of the level {level:g}: give "
+            f"{least} or more"
+        )
     ranges = min(RANGES, len(answers) // least)
     edges = np.unique(np.quantile(answers, np.arange(1, ranges) / ranges))
     member = np.searchsorted(edges, answers, side="right")

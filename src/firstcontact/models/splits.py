@@ -42,15 +42,17 @@ class Split:
         Raise it also if a session or specimen is on both sides, unless ``shares`` allows that.
         """
         if not len(self.train) or not len(self.test):
-            raise ValueError(f"split {self.name!r} has an empty side")
+            raise ValueError(f"split {self.name!r} has an empty side: give both sides pinches")
         if len(np.intersect1d(self.train, self.test)):
-            raise ValueError(f"split {self.name!r} has a pinch on both sides")
+            raise ValueError(
+                f"split {self.name!r} has a pinch on both sides: remove it from one of them"
+            )
         for group, names in ((Group.SESSION, sessions), (Group.SPECIMEN, specimens)):
             both = set(names[self.train]) & set(names[self.test])
             if both and group not in self.shares:
                 raise ValueError(
                     f"split {self.name!r} has the {group} {str(min(both))!r} on both sides, which "
-                    "the field 'shares' does not declare"
+                    "the field 'shares' does not declare: declare it, or keep it on one side"
                 )
 
 
@@ -63,7 +65,10 @@ def by_session(
     """
     names = np.unique(sessions)
     if len(names) < 2 or "" in names:
-        raise ValueError("a split by session needs pinches of two known sessions or more")
+        raise ValueError(
+            "a split by session needs pinches of two known sessions or more: give each pinch its "
+            "session"
+        )
     folds = min(folds, len(names))
     # Small classes cannot be stratified; sessions stay whole either way.
     is_rare = np.unique(classes, return_counts=True)[1].min() < folds

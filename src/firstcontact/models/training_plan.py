@@ -87,12 +87,14 @@ def make_plan(
     check_seed(seed)
     if not 0.5 <= level <= 0.99:
         raise ArgumentError(
-            "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
+            f"the level of the intervals is {level:g}: give 0.5 to 0.99", parameter="level"
         )
     if rate is not None:
         given_rate(rate)
     if task not in tuple(Task):
-        raise ArgumentError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
+        raise ArgumentError(
+            f"{task!r} is not a task: choose one of {', '.join(Task)}", parameter="task"
+        )
     if not issubclass(kind, Estimator):
         _check_network_options(task, durations, level, rate)
         durations = []
@@ -126,12 +128,16 @@ def has_shore_a(dataset: Dataset) -> bool:
 def check_windows(windows: Sequence[float]) -> None:
     """Raise ArgumentError unless all window lengths lie between 1 ms and 1 s."""
     if not windows or not all(0.001 <= length <= 1.0 for length in windows):
+        given = ", ".join(f"{1e3 * length:g} ms" for length in windows) or "not given"
         raise ArgumentError(
-            "the lengths of windows must lie between 1 ms and 1 s", parameter="windows"
+            f"the lengths of windows are {given}: give one or more from 1 ms to 1 s",
+            parameter="windows",
         )
 
 
 def check_seed(seed: int) -> None:
     """Raise ArgumentError if scikit-learn does not accept this random seed."""
     if not 0 <= seed < MOST_SEEDS:
-        raise ArgumentError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
+        raise ArgumentError(
+            f"the seed is {seed}: give a whole number from 0 to {MOST_SEEDS - 1}", parameter="seed"
+        )

@@ -187,7 +187,9 @@ class PinchMark:
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
             raise ArgumentError(
-                "the end must be above the number of the pinch's first sample", "end"
+                f"the end is {self.end}, but the pinch begins at sample {self.first_sample}: give "
+                "a later end",
+                "end",
             )
         check_contacts(self.first_sample, self.end, self.truth, self.motor_start, self.found)
 

@@ -46,7 +46,7 @@ class ExponentialSmoothing:
         self, alpha: float = FINGERTIP_SMOOTHING, mask: NDArray[np.bool_] | None = None
     ) -> None:
         if not 0.0 < alpha <= 1.0:
-            raise ValueError(f"alpha is {alpha}; it must be above 0 and at most 1")
+            raise ValueError(f"alpha is {alpha}: give a number above 0 and at most 1")
         self.alpha = alpha
         self.mask = mask
         self._state: NDArray[np.float64] | None = None

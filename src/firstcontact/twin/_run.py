@@ -162,7 +162,9 @@ class PinchRun:
         end = self.done + samples
         if samples < 1 or end > self.times.size:
             left = self.times.size - self.done
-            raise ValueError(f"{samples} samples cannot be computed: the run has {left} left")
+            raise ValueError(
+                f"{samples} samples cannot be computed: ask for at least 1 of the {left} left"
+            )
         pieces = []
         while self.done < end:
             # A piece starts at the newest sample, whose output exists already.

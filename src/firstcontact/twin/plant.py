@@ -49,7 +49,9 @@ class GraspPlant:
         self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True)
         times = self._run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
         if times[-1] <= draw.timing.second:
-            raise ValueError(f"a pinch of {longest} s ends before its second contact")
+            raise ValueError(
+                f"a pinch of {longest} s ends before its second contact: use a longer one"
+            )
         self._tips = PinchFingertips(draw, times)
         self._velostat = draw.velostat
         self._device: DeviceFilter | None = None

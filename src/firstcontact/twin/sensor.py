@@ -109,7 +109,7 @@ class DeviceFilter:
 
     def update(self, scans: NDArray[np.uint16]) -> NDArray[np.int16]:
         if scans.ndim != 2 or scans.shape[1] != len(SCAN):
-            raise ValueError(f"scans have shape {scans.shape}, not (n, {len(SCAN)})")
+            raise ValueError(f"scans have the shape {scans.shape}: give (n, {len(SCAN)})")
         out = np.empty((len(scans), _COLUMNS), np.int16)
         taken = np.ascontiguousarray(scans, np.uint16)
         _kernels.filter_scans(taken, self._place, self._smoothed, self._readings, self._sums, out)

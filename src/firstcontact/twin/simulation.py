@@ -234,10 +234,13 @@ def _check_set(
         if not is_possible:
             limit = "" if most == math.inf else f" to {most}"
             raise ArgumentError(
-                f"{value!r} must be a whole number from {least}{limit}", parameter=name
+                f"{value!r} cannot be used: give a whole number from {least}{limit}",
+                parameter=name,
             )
     if not pinches_per_block + pinches_per_object:
-        raise ArgumentError("pinches_per_block or pinches_per_object must be above 0")
+        raise ArgumentError(
+            "pinches_per_block and pinches_per_object are both 0: give at least one above 0"
+        )
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
         raise FileError(f"{directory} is not an empty folder: choose another one")
 

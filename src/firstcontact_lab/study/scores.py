@@ -45,7 +45,10 @@ def random_folds(classes: NDArray[Any], seed: int, folds: int = RANDOM_FOLDS) ->
     _, strata, counts = np.unique(classes, return_inverse=True, return_counts=True)
     fewest = int(counts.min(initial=len(classes)))
     if fewest < 2:
-        raise ValueError("random folds need at least two pinches of each class")
+        raise ValueError(
+            f"random folds need at least two pinches of each class, but one class has {fewest}: "
+            "add pinches"
+        )
     splitter = StratifiedKFold(min(folds, fewest), shuffle=True, random_state=seed)
     shares = frozenset({Group.SESSION, Group.SPECIMEN})
     return [
@@ -129,7 +132,7 @@ def anytime_scores(
     predictions: Mapping[int, Predictions], truth: Values, clusters: NDArray[Any], seed: int
 ) -> AnytimeScores:
     if not len(truth):
-        raise ValueError("there is no contact to score")
+        raise ValueError("there is no contact to score: label contacts")
     scores: dict[str, dict[str, float]] = {name: {} for name in _STATISTICS}
     intervals: dict[str, dict[str, Ends]] = {name: {} for name in _STATISTICS}
     out_of_range = {}

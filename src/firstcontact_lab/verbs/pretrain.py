@@ -36,7 +36,10 @@ class Pretrain:
         from firstcontact.models.training_plan import check_seed
 
         if self.rigs < 10 or min(self.epochs, self.teachers) < 1:
-            raise ArgumentError("--rigs must be 10 or more, --epochs and --teachers 1 or more")
+            raise ArgumentError(
+                f"--rigs is {self.rigs}, --epochs {self.epochs} and --teachers {self.teachers}: "
+                "give 10 or more rigs, and 1 or more of the others"
+            )
         check_seed(self.seed)
         require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain

@@ -53,7 +53,7 @@ class Study:
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)
         if not 0 <= self.early_ms <= 10:
-            raise ArgumentError("--early-ms must be from 0 to 10")
+            raise ArgumentError(f"--early-ms is {self.early_ms:g}: give 0 to 10")
         for part in self.parts:
             PARTS.find(part)
         settings = StudySettings(
@@ -71,7 +71,10 @@ class Study:
             read_delays(self.delays)
         if self.waveforms is not None:
             if "continuum" not in self.parts:
-                raise ArgumentError("--waveforms needs --parts continuum")
+                raise ArgumentError(
+                    "--waveforms is used only in the part continuum: add it to --parts, or leave "
+                    "--waveforms out"
+                )
             compare_file(self.waveforms)
         if self.quick:
             settings = settings.quick()

@@ -112,7 +112,8 @@ class Record:
             )
         if not self.session.isdecimal():
             raise ArgumentError(
-                "with --sessions above 1, this must be the number of the first session",
+                f"with --sessions {self.sessions}, the first session must be a number, but is "
+                f"{self.session!r}: give one, such as 1",
                 parameter="session",
             )
         return [str(int(self.session) + k) for k in range(self.sessions)]

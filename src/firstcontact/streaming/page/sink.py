@@ -78,7 +78,9 @@ class PageSink:
 
     def take(self, update: Update) -> None:
         if self._died:
-            raise RuntimeError(f"the page is no longer served: {self._died}")
+            raise RuntimeError(
+                f"the page is no longer served ({self._died}): start the session again"
+            )
         if self._state is not None:
             self._state.take(update)
 

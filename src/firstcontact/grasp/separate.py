@@ -72,10 +72,7 @@ class SeparateHand(Hand):
         try:
             self._write_order(child, f"send {command.speed!r} {command.force!r}")
         except OSError as error:
-            raise HandError(
-                f"the process of the hand {self.name!r} takes no commands: check the hand's "
-                "connection, and open it again"
-            ) from error
+            raise self._failed("takes no commands") from error
 
     def positions(self) -> Sequence[tuple[float, ...]]:
         """Return the positions that the hand reported last; () if its process answers too late."""
@@ -88,7 +85,7 @@ class SeparateHand(Hand):
         except TimeoutError:
             return ()
         except OSError as error:
-            raise self._ended() from error
+            raise self._failed("has ended") from error
         return [tuple(map(float, pair.split(","))) for pair in answer.split()]
 
     def release(self) -> None:
@@ -140,9 +137,9 @@ class SeparateHand(Hand):
         self._child = child
         return self
 
-    def _ended(self) -> HandError:
+    def _failed(self, problem: str) -> HandError:
         return HandError(
-            f"the process of the hand {self.name!r} has ended: check the hand's connection, and "
+            f"the process of the hand {self.name!r} {problem}: check the hand's connection, and "
             "open it again"
         )
 
@@ -163,12 +160,9 @@ class SeparateHand(Hand):
         except TimeoutError:
             if self._unanswered and time.monotonic() > self._unanswered[0]:
                 child.interrupt()  # a driver that Python can interrupt then opens the hand
-                raise HandError(
-                    f"the process of the hand {self.name!r} does not answer: check the hand's "
-                    "connection, and open it again"
-                ) from None
+                raise self._failed("does not answer") from None
         except OSError as error:
-            raise self._ended() from error
+            raise self._failed("has ended") from error
 
     def _read_answer(self, child: Child, timeout: float) -> str:
         """Return the next answer of the process, without its first word "done".

@@ -151,8 +151,7 @@ def _predictor(
         reason = str(error)
     except (ValueError, TypeError, IndexError, ArithmeticError):
         reason = f"the arrays are not those of a model of kind {part.kind!r}"
-    remedy = "" if ": " in reason else f": {remedy}"  # a reason may state its own
-    raise ModelError(f"{folder / WEIGHTS} and {CARD} cannot be used, because {reason}{remedy}")
+    raise ModelError(f"{folder / WEIGHTS} and {CARD} cannot be used ({reason}): {remedy}")
 
 
 def _check_detector(folder: Path, card: ModelCard) -> None:
